@@ -1,4 +1,4 @@
-"""`imus`: inertial and magnetic sensors on the segments of a hand, with all that is wrong with them."""
+"""`imus`: inertial and magnetic sensors on the segments of a hand, with their errors and disturbances."""
 
 from __future__ import annotations
 
@@ -15,60 +15,68 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.signals import Sensors as StatedSensors
 from plants.checks import require_not_negative, require_shape
-from plants.imus.device import KINDS, PRESETS, Device, PresetName, TriadErrors
-from plants.imus.disturbances import MagneticField, PulseArtefacts, Pulses, SoftTissue, Tremor, axes
-from plants.imus.state import ImusState, Sensors, Surroundings, new_state, noise_columns
+from plants.imus.device import KINDS, MAG, PRESETS, Device, PresetName, TriadErrors
+from plants.imus.disturbances import (
+    NO_TISSUE,
+    MagneticField,
+    PulseArtefacts,
+    Pulses,
+    SoftTissue,
+    Tremor,
+    axes,
+)
+from plants.imus.state import ErrorSizes, ImusState, Sensors, Surroundings, new_state, noise_columns
 
 Kind = Literal["gyr", "acc", "mag"]
 UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
 HAND_SITES = hand_tree(HandSize()).names
-"""The sites of a whole hand, in the order in which a hand plant puts them out."""
+"""Sites of a whole hand, in the order of a hand plant's outputs."""
 _AS_PRESET, _EARTH, _PULSES = TriadErrors(), MagneticField(), Pulses()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Imus:
-    """Gyroscopes, accelerometers and magnetometers on sites of a hand, as a device wears them.
+    """Gyroscopes, accelerometers and magnetometers of a device, on sites of a hand.
 
-    Inputs: of s sites, `site_orientation` (s, 4), segment to global frame (ENU), `site_position` (s, 3), m,
+    Inputs: for s sites `site_orientation` (s, 4), segment to global frame (ENU), `site_position` (s, 3), m,
     global, `site_rate` (s, 3), rad/s, and `site_force` (s, 3), m/s^2, specific force, both in the segments'
-    frames; `pulses` (channels, 2), A and s, where `artefacts` or `tremor` ask for them. What no kind that is
-    measured needs may be left without a wire. Outputs: of n sensors, `gyr` rad/s, `acc` m/s^2, `mag` T,
-    those that `measures` names, (n, 3) each, in the sensors' frames: those of the segments, turned by the
-    mounting error. At rest an accelerometer reads upward gravity. What is lost is NaN: a row of every kind
-    for a lost sample, `mag` of a sensor without magnetometer, all before sites have arrived.
+    frames; with `artefacts` or `tremor` also `pulses` (channels, 2), A and s. Inputs that no measured kind
+    needs may be left without a wire. Outputs: for n sensors `gyr` rad/s, `acc` m/s^2, `mag` T, as listed in
+    `measures`, (n, 3) each, in the sensors' frames, which are those of the segments rotated by the mounting
+    error. At rest an accelerometer reads upward gravity. Missing values are NaN: a row of every kind for a
+    lost sample, `mag` of a sensor without magnetometer, all before sites have arrived.
 
         samples = clip(round(A (u + tremor) + b + b_instability + b_walk + spike + noise))
         A = (1 + scale) axes turn soft_iron mounting (R_tissue)'
 
-    Mounting, scale, axes, iron and constant bias belong to the device: drawn for a run from its seed and
-    `device`, the same in every trial. Wandering biases, noise, loss and tremor are new in every trial. Two
-    blocks of one device, at rates of their own, are one device: say gyroscopes at 200 Hz, the rest at 100.
-    A clock that is late or drifts is the node's offset and rate ("100.005" for 50 ppm), a wireless sensor
-    a block of its own behind a wire with latency and loss, joined by `join`.
+    Mounting, scale, axes, iron and constant bias belong to the device: they are random by seed and `device`,
+    and the same in every trial. Wandering biases, noise, loss and tremor differ in every trial. Two blocks of
+    one device may have different rates, such as gyroscopes at 200 Hz and the rest at 100. A late or drifting
+    clock is the node's offset and rate ("100.005" for 50 ppm); a wireless sensor is a block of its own behind
+    a wire with latency and loss, joined by `join`.
 
-    Status `clipped` names the sensors that have reached the end of their range, whenever one joins them.
+    Status `clipped` names the sensors that reach the end of their range.
 
     Attributes
     ----------
-    measures: kinds that this block puts out.
-    preset: hardware that stands for all that is not given: of S19, K14 (`plants.imus.device`) or "ideal".
-    site_names: of the s sites that are wired in.
-    sites: names or numbers of those with a sensor, in the order of the samples; leave out the strips that
-        are not worn. Empty: as the preset says (all but the forearm).
-    mag_sites: those with a magnetometer, worn or not; None: as the preset says.
+    measures: kinds of output.
+    preset: hardware of S19, K14 (`plants.imus.device`) or "ideal", for all parameters not given.
+    site_names: names of the s input sites.
+    sites: names or numbers of sites with a sensor, in the order of the samples. Empty: those of the preset
+        (all but the forearm).
+    mag_sites: sites whose sensors have a magnetometer; None: those of the preset.
     device: name of the device; empty: that of the node.
     gyroscope, accelerometer, magnetometer: errors of the triads.
     soft_iron: sd of the entries of the symmetric matrix that iron by the sensor adds to the identity.
     mounting_sd_deg: sd of the mounting's rotation about each axis.
-    mounting_angle_deg: smallest and largest angle of another one, of any direction: S19 has 5 to 10.
-    soft_tissue: between bone and sensor; None: none.
-    loss: share of the samples of each sensor that is lost, in the long run.
-    burst_samples: mean length of a gap; 0: every sample is lost or not by itself.
-    magnetic_field: what magnetometers are in; its carried dipoles go with sites.
-    artefacts, tremor: of stimulation; None: none.
-    pulses: how pulses come out of the messages.
-    channels: of stimulation; 0 takes them from the wire.
+    mounting_angle_deg: smallest and largest angle of a second rotation about any axis: S19 has 5 to 10.
+    soft_tissue: tissue between bone and sensor; None: rigid.
+    loss: long-run fraction of samples of each sensor that is lost.
+    burst_samples: mean length of a gap; 0: samples are lost independently.
+    magnetic_field: magnetic field; its carried dipoles move with sites.
+    artefacts, tremor: effects of stimulation; None: none.
+    pulses: timing of pulses.
+    channels: stimulation channels; 0 takes the number from the wire.
     """
 
     measures: tuple[Kind, ...] = ("gyr", "acc", "mag")
@@ -113,13 +121,13 @@ class Imus:
         with_mag = self.sites if self.mag_sites is None else self.mag_sites
         object.__setattr__(self, "_mag_sites", tuple(self._number("mag_sites", site) for site in with_mag))
         if "mag" in self.measures and not set(self._mag_sites) & set(self._sites):
-            raise InputError("imus.measures", "mag, though no sensor has a magnetometer",
-                             "a site of mag_sites among the sites", "leave mag out")
+            raise InputError("imus.measures", "mag, but no sensor has a magnetometer",
+                             "a site of mag_sites among the sites", "remove mag")
         for carrier in self.magnetic_field.carriers:
             self._number("magnetic_field.dipoles.carrier", carrier)
 
     def _take_preset(self) -> None:
-        """Give every parameter that was left open the preset's value."""
+        """Set every parameter not given to the preset's value."""
         preset = PRESETS[self.preset]
         found: dict[str, Any] = {
             "gyroscope": self.gyroscope.filled(preset.gyroscope),
@@ -171,30 +179,30 @@ class Imus:
                  Port("site_rate", (count, 3), "rad/s", optional=not needed[2]),
                  Port("site_force", (count, 3), "m/s^2", optional=not needed[3])]
         if self.artefacts is not None or self.tremor is not None:
-            # Without stimulation there is tremor; spikes without pulses are a wire that was forgotten.
+            # Tremor exists without stimulation; artefacts without `pulses` are a forgotten wire.
             ports.append(Port("pulses", (self.channels or None, 2), "A,s", optional=self.artefacts is None))
         return tuple(ports)
 
     def _needed(self) -> tuple[bool, bool, bool, bool]:
-        """Which of the sites' signals have a part in what is measured."""
+        """Whether each of the sites' signals is needed for the measured kinds."""
         mag, tissue = "mag" in self.measures, self.soft_tissue is not None
         return mag, mag, tissue or "gyr" in self.measures, tissue or "acc" in self.measures
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Samples of the kinds that are measured."""
+        """Samples of the measured kinds."""
         return tuple(Port(kind, (len(self._sites), 3), UNITS[kind], gaps=True, sensors=self._stated)
                      for kind in KINDS if kind in self.measures)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Imus:
-        """For the channels that are wired in; raises InputError where they are not rows of two numbers."""
+        """This block with the number of wired channels; InputError unless they are rows of two numbers."""
         if len(shapes["pulses"]) != 2 or shapes["pulses"][1] != 2:
-            raise InputError("pulses", f"a signal of shape {shapes['pulses']} is wired in",
+            raise InputError("pulses", f"the wired signal has shape {shapes['pulses']}",
                              "(channels, 2): current and pulse width")
         return replace(self, channels=shapes["pulses"][0])
 
     def init(self, context: Context) -> ImusState:
-        """Sensors as drawn for this run, their wandering as of this trial."""
+        """State with the sensors of this run at the start of this trial."""
         device = Device(context.seed, self.device or context.name, len(self.site_names))
         kinds = [kind for kind in KINDS if kind in self.measures]
         return new_state(
@@ -209,22 +217,23 @@ class Imus:
         mounting = device.mountings(self.mounting_sd_deg, self.mounting_angle_deg)
         triads = [device.triads(kind, each, self.soft_iron if kind == "mag" else 0.0)
                   for kind, each in zip(KINDS, errors, strict=True)]
-        there = np.ones((3, rows.size), dtype=np.bool_)
-        there[2] = np.isin(rows, self._mag_sites)
-        numbers = np.stack([each.numbers() for each in errors])
+        present = np.ones((3, rows.size), dtype=np.bool_)
+        present[MAG] = np.isin(rows, self._mag_sites)
+        sizes = ErrorSizes(*(np.array([getattr(each, name) for each in errors], dtype=np.float64)
+                             for name in ErrorSizes._fields))
         stays = 1.0 - 1.0 / self.burst_samples if self.burst_samples else self.loss
         begins = self.loss * (1.0 - stays) / (1.0 - self.loss)
         tremor, artefacts = self.tremor or Tremor(), self.artefacts or PulseArtefacts()
         components = tremor.components(device.seed, device.name, trial)
         return Sensors(
-            kinds=np.array([KINDS.index(kind) for kind in kinds]), sites=rows, there=there,
+            kinds=np.array([KINDS.index(kind) for kind in kinds]), sites=rows, present=present,
             matrices=np.stack([matrices @ mounting for matrices, _ in triads])[:, rows],
-            constants=np.stack([bias for _, bias in triads])[:, rows], numbers=numbers,
-            columns=noise_columns(numbers, [KINDS.index(kind) for kind in kinds], rows.size),
+            constants=np.stack([bias for _, bias in triads])[:, rows], errors=sizes,
+            columns=noise_columns(sizes, [KINDS.index(kind) for kind in kinds], rows.size),
             spikes=artefacts.directed(device.seed, device.name, every)[:, rows] * bool(self.artefacts),
             axes=axes(device.seed, device.name, every)[:, rows],
-            tissue=self.soft_tissue.numbers() if self.soft_tissue else np.zeros(7),
-            tremor=tremor.numbers(), components=components if self.tremor else np.empty((3, 0)),
+            tissue=self.soft_tissue.coefficients() if self.soft_tissue else NO_TISSUE,
+            tremor=tremor.size(), components=components if self.tremor else np.empty((3, 0)),
             losing=np.array([begins, stays]))
 
     def _surroundings(self) -> Surroundings:
@@ -233,7 +242,7 @@ class Imus:
         return Surroundings(around.earth, around.fixed, around.carried, np.array(carriers, dtype=np.int64))
 
     def step(self, state: ImusState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The samples of one tick."""
+        """Samples of one tick."""
         return state.sample(inputs, self.pulses, self._window_s(), tick)
 
     def _window_s(self) -> float:

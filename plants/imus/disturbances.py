@@ -1,13 +1,15 @@
-"""The magnetic field that hand-worn sensors meet: the Earth's, and that of magnets and iron nearby.
+"""Disturbances of hand-worn sensors: magnetic fields, soft tissue, stimulation artefacts and tremor.
 
-Global frame ENU; its y axis points to magnetic north unless a declination is given. Kernels take sources as
-rows (7,): position (3,), m, moment (3,), A m^2, radius, m.
+Magnetic fields are those of the Earth and of magnets and iron nearby, in the global frame (ENU), whose y axis
+points to magnetic north unless a declination is given. Kernels take sources as rows (7,): position (3,), m,
+moment (3,), A m^2, radius, m.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,13 +31,13 @@ _MU_0_OVER_4_PI = 1e-7
 
 @compiled
 def add_sources(sources: Array, points: Array, field: Array) -> None:
-    """Add to `field` (n, 3), T, at `points` (n, 3) what `sources` (k, 7) give there."""
+    """Add the field of `sources` (k, 7) at `points` (n, 3) to `field` (n, 3), T."""
     for source in sources:
         mx, my, mz, radius = source[3], source[4], source[5], source[6]
         for i in range(points.shape[0]):
             x, y, z = points[i, 0] - source[0], points[i, 1] - source[1], points[i, 2] - source[2]
             square = x * x + y * y + z * z
-            # Inside a uniformly magnetised sphere the field is 2/3 mu_0 M, everywhere alike.
+            # Inside a uniformly magnetised sphere the field is 2/3 mu_0 M everywhere.
             along, across = 0.0, -2.0 / (radius * radius * radius)
             if square >= radius * radius:
                 across = 1.0 / (square * math.sqrt(square))
@@ -66,16 +68,16 @@ def place_carried(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dipole:
-    """A magnet, or iron magnetised for good, as a sphere: outside it, the field is that of a dipole.
+    """A magnet, or permanently magnetised iron, as a sphere whose outer field is that of a dipole.
 
         B(r) = mu_0 / (4 pi r^3) (3 (m . e) e - m),   e = r / |r|        (Griffiths, eq. 5.89)
 
     Attributes
     ----------
-    position: of the centre, m: in the global frame, or in that of the site that carries it.
-    moment: A m^2, in the same frame (a neodymium cube of 10 mm has about 1).
-    radius_m: of the sphere, inside which the field is uniform.
-    carrier: name of the site that it moves with; empty: fixed in the room.
+    position: position of the centre, m, in the global frame, or in that of the carrier.
+    moment: magnetic moment, A m^2, in the same frame (a neodymium cube of 10 mm has about 1).
+    radius_m: radius of the sphere, inside which the field is uniform.
+    carrier: name of the site that carries it; empty: fixed in the room.
     """
 
     position: Vector
@@ -89,21 +91,21 @@ class Dipole:
 
     @property
     def row(self) -> Array:
-        """As the kernels take it, (7,)."""
+        """Row (7,) for the kernels."""
         return np.array([*self.position, *self.moment, self.radius_m])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MagneticField:
-    """The Earth's field, homogeneous, and that of dipoles in the room and on the hand.
+    """Homogeneous field of the Earth, and fields of dipoles in the room and on the hand.
 
     Attributes
     ----------
-    strength_ut, inclination_deg: of the Earth's field, uT, and downwards from the horizontal (Berlin in
-        2019, rounded from the IGRF-13 model, doi 10.1186/s40623-020-01288-x).
-    declination_deg: of its horizontal part from the global y axis towards east; 0: y is magnetic north, as
-        trackers take it (from true north it is about 4 in Berlin).
-    dipoles: fixed in the room or carried.
+    strength_ut, inclination_deg: strength of the Earth's field, uT, and its angle below the horizontal
+        (Berlin in 2019, rounded from the IGRF-13 model, doi 10.1186/s40623-020-01288-x).
+    declination_deg: angle of its horizontal part from the global y axis towards east; 0: y is magnetic north,
+        as trackers assume (about 4 from true north in Berlin).
+    dipoles: dipoles fixed in the room or carried.
     """
 
     strength_ut: float = 49.7
@@ -138,11 +140,11 @@ class MagneticField:
 
     @property
     def carriers(self) -> tuple[str, ...]:
-        """Names of the sites that carry them, (c,)."""
+        """Names of the sites that carry dipoles, (c,)."""
         return tuple(dipole.carrier for dipole in self.dipoles if dipole.carrier)
 
     def in_room(self, points: ArrayLike) -> Array:
-        """Field (..., 3), T, at points (..., 3), m, of everything that is not carried; all global."""
+        """Field (..., 3), T, without carried dipoles, at points (..., 3), m; all global."""
         where = np.asarray(points, dtype=np.float64)
         field = np.broadcast_to(self.earth, where.shape).copy()
         add_sources(self.fixed, np.ascontiguousarray(where).reshape(-1, 3), field.reshape(-1, 3))
@@ -153,21 +155,34 @@ def _rows(dipoles: list[Dipole]) -> Array:
     return np.array([dipole.row for dipole in dipoles]).reshape(-1, 7)
 
 
+class Tissue(NamedTuple):
+    """Coefficients of soft tissue: natural frequency, rad/s, damping ratio, share, sag, rad per m/s^2, and
+    the direction out of the skin, (3,)."""
+
+    natural_rad_s: float
+    damping: float
+    share: float
+    sag: float
+    outwards: Array
+
+
+NO_TISSUE = Tissue(0.0, 0.0, 0.0, 0.0, np.zeros(3))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SoftTissue:
     """Elastic mount of every sensor.
 
-    The sensor turns against its bone; that it also shifts a little is left out. The default numbers are
-    medians of fits to five sensors on foam (recording chain5, first half of trial 1), where the model
-    explains half of what foam adds to gyroscopes in the second half; that skin is like foam is chosen.
+    The sensor rotates against its bone; its small translation is omitted. Defaults are medians of fits to
+    five sensors on foam (recording chain5, first half of trial 1), where the model explains half of the
+    effect of foam on gyroscopes in the second half; that skin is like foam is an assumption.
 
     Attributes
     ----------
-    natural_hz, damping: of the oscillation; damping ratio above 0 and below 1.
-    share: of the bone's angular acceleration that tissue does not pass on at once: 1 for a sensor held by
-        tissue alone, less for one that tape ties to the skin around, more for one whose weight lies off
-        its middle.
-    sag_deg: turned by 1 g of specific force along the skin, at rest, deg.
+    natural_hz, damping: natural frequency and damping ratio of the oscillation; ratio above 0 and below 1.
+    share: fraction of the bone's angular acceleration that tissue does not transmit at once: 1 for a sensor
+        held by tissue alone, less if tape ties it to the skin around, more if its weight is off its middle.
+    sag_deg: static rotation by 1 g of specific force along the skin, deg.
     outwards: direction out of the skin in the segments' frames, a unit vector (right hand: -x is dorsal;
         left hand: +x).
     """
@@ -187,51 +202,58 @@ class SoftTissue:
         if abs(math.hypot(*self.outwards) - 1.0) > 1e-6:
             raise InputError("soft_tissue.outwards", f"{self.outwards}", "a vector of length 1")
 
-    def numbers(self) -> Array:
-        """As the kernel takes it, (7,): natural frequency, rad/s, damping, share, rad per m/s^2, outwards."""
-        return np.array([2.0 * math.pi * self.natural_hz, self.damping, self.share,
-                         math.radians(self.sag_deg) / STANDARD_GRAVITY, *self.outwards])
+    def coefficients(self) -> Tissue:
+        """Coefficients for the kernels."""
+        return Tissue(2.0 * math.pi * self.natural_hz, self.damping, self.share,
+                      math.radians(self.sag_deg) / STANDARD_GRAVITY,
+                      np.array(self.outwards, dtype=np.float64))
+
+
+ROTATION, SPEED, BONE_RATE, BONE_FORCE = range(4)
+"""Rows of a sensor's motion on soft tissue: its rotation, rad, and rate, rad/s; the bone's last rate and
+force."""
 
 
 @compiled(inline="always")
-def _leaning(tissue: Array, force: Array, axis: int) -> float:
-    """Rotation about an axis at which a held specific force (3,) is balanced, rad."""
+def _static_rotation(tissue: Tissue, force: Array, axis: int) -> float:
+    """Rotation about an axis that balances a constant specific force (3,), rad."""
     b, c = (axis + 1) % 3, (axis + 2) % 3
-    turned: float = -tissue[3] * (tissue[4 + b] * force[c] - tissue[4 + c] * force[b])
-    return turned
+    rotation: float = -tissue.sag * (tissue.outwards[b] * force[c] - tissue.outwards[c] * force[b])
+    return rotation
 
 
 @compiled
-def wobble(tissue: Array, rate: Array, force: Array, elapsed_s: float, motion: Array) -> None:
-    """Bring `motion` (4, 3) on by `elapsed_s`: rotation, rad, its rate, bone's rate and force before.
+def wobble(tissue: Tissue, rate: Array, force: Array, elapsed_s: float, motion: Array) -> None:
+    """Advance a sensor's `motion` (4, 3) on soft tissue by `elapsed_s`.
 
-    `rate` (3,), rad/s, and `force` (3,), m/s^2, are the bone's now. With 0 s elapsed the sensor is put at
-    rest where the force balances it: the start of a trial.
+    `rate` (3,), rad/s, and `force` (3,), m/s^2, are those of the bone at this instant. With 0 s elapsed, the
+    start of a trial, the sensor is at rest in balance with the force.
     """
-    w, z = tissue[0], tissue[1]
+    w, z = tissue.natural_rad_s, tissue.damping
     for i in range(3):
-        now = _leaning(tissue, force, i)
+        now = _static_rotation(tissue, force, i)
         if elapsed_s <= 0.0:
-            motion[0, i], motion[1, i] = now, 0.0
+            motion[ROTATION, i], motion[SPEED, i] = now, 0.0
             continue
-        before = _leaning(tissue, motion[3], i)
+        before = _static_rotation(tissue, motion[BONE_FORCE], i)
         slope = (now - before) / elapsed_s
-        inertial = -tissue[2] * (rate[i] - motion[2, i]) / (elapsed_s * w * w)
-        # y_p = u - 2 z u' / w solves the equation for u linear in time; what is left rings down.
+        inertial = -tissue.share * (rate[i] - motion[BONE_RATE, i]) / (elapsed_s * w * w)
+        # y_p = u - 2 z u' / w solves the equation for u linear in time; the rest decays.
         offset = before + inertial - 2.0 * z * slope / w
-        left, speed = motion[0, i] - offset, motion[1, i] - slope
+        left, speed = motion[ROTATION, i] - offset, motion[SPEED, i] - slope
         damped = w * math.sqrt(1.0 - z * z)
         decay = math.exp(-z * w * elapsed_s)
         cosine, sine = math.cos(damped * elapsed_s), math.sin(damped * elapsed_s) / damped
-        motion[0, i] = offset + slope * elapsed_s + decay * (left * (cosine + z * w * sine) + speed * sine)
-        motion[1, i] = slope + decay * (speed * (cosine - z * w * sine) - left * w * w * sine)
-    motion[2] = rate
-    motion[3] = force
+        motion[ROTATION, i] = (offset + slope * elapsed_s
+                               + decay * (left * (cosine + z * w * sine) + speed * sine))
+        motion[SPEED, i] = slope + decay * (speed * (cosine - z * w * sine) - left * w * w * sine)
+    motion[BONE_RATE] = rate
+    motion[BONE_FORCE] = force
 
 
 @compiled
 def turn_back(rotation: Array, vector: Array) -> None:
-    """Coordinates (3,) in the bone's frame to those in a frame turned by a rotation vector (3,), in place."""
+    """Transform a vector (3,) from the bone's frame to one rotated by a rotation vector (3,), in place."""
     x, y, z = rotation[0], rotation[1], rotation[2]
     square = x * x + y * y + z * z
     angle = math.sqrt(square)
@@ -247,9 +269,9 @@ def turn_back(rotation: Array, vector: Array) -> None:
 
 @compiled
 def own_rate(rotation: Array, speed: Array, vector: Array) -> None:
-    """Add to `vector` (3,), rad/s, what a rotation vector (3,) that changes at `speed` (3,) turns by.
+    """Add to `vector` (3,) the angular rate, rad/s, of a rotation vector (3,) that changes at `speed` (3,).
 
-    In the turned frame: the right Jacobian of the rotation times its rate.
+    The rate is in the rotated frame: the right Jacobian of the rotation times `speed`.
     """
     x, y, z = rotation[0], rotation[1], rotation[2]
     square = x * x + y * y + z * z
@@ -264,19 +286,19 @@ def own_rate(rotation: Array, speed: Array, vector: Array) -> None:
 
 
 COMPONENTS = 6
-"""Sinusoids of the physiological tremor (chosen: its envelope then varies as that of narrow-band noise)."""
+"""Sinusoids of the physiological tremor (chosen: its envelope then varies like that of narrow-band noise)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PulseArtefacts:
     """Spikes on samples taken shortly after a pulse; all sizes are chosen, none is published.
 
-    Each sensor's spike has a direction of its own, the same for the run.
+    Each sensor's spike has its own direction, constant in a run.
 
     Attributes
     ----------
-    window_ms: how long after a pulse a sample is still spoilt.
-    gyr, acc, mag: size at full charge, rad/s, m/s^2, T; in proportion to the largest channel's charge.
+    window_ms: time after a pulse in which samples have a spike.
+    gyr, acc, mag: size at full charge, rad/s, m/s^2, T; proportional to the largest channel's charge.
     """
 
     window_ms: float = 1.0
@@ -290,22 +312,31 @@ class PulseArtefacts:
 
     def directed(self, seed: int, device: str, sites: int) -> Array:
         """Spike of each sensor at full charge, (3, sites, 3): gyr, acc, mag."""
-        drawn = NoiseStream(stream_key(seed, f"{device}/artefacts", 0), 9 * sites).row(0).reshape(3, sites, 3)
+        normal = NoiseStream(stream_key(seed, f"{device}/artefacts", 0), 9 * sites).row(0)
+        normal = normal.reshape(3, sites, 3)
         sizes = np.array([self.gyr, self.acc, self.mag])[:, np.newaxis, np.newaxis]
-        return np.asarray(sizes * drawn / np.linalg.norm(drawn, axis=-1, keepdims=True))
+        return np.asarray(sizes * normal / np.linalg.norm(normal, axis=-1, keepdims=True))
+
+
+class TremorSize(NamedTuple):
+    """Coefficients of a tremor: tetanic amplitude, rad/s, its time constant, s, and the lever, m."""
+
+    tetanic: float
+    rise_s: float
+    lever_m: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tremor:
-    """Physiological tremor, always there, and the tetanic one of muscles that twitch with every pulse.
+    """Constant physiological tremor, and tetanic tremor of muscles that twitch with every pulse.
 
     Attributes
     ----------
-    physiological: rms of its angular rate, rad/s (chosen: 0.1 m/s^2 at the lever, as of hands held out).
-    band_hz: in which it lies (8-12: Elble and Koller 1990, as usually quoted).
+    physiological: rms of its angular rate, rad/s (chosen: 0.1 m/s^2 at the lever, as of outstretched hands).
+    band_hz: its frequency band (8-12: Elble and Koller 1990, as usually quoted).
     tetanic: rms of the angular rate at the stimulation frequency at full charge, rad/s (chosen).
-    rise_s: time constant by which it follows the charge, s (that of activation, 1 / 25 s, grip-force data).
-    lever_m: from the axis to the sensor, m (chosen: half a hand).
+    rise_s: time constant with which it follows the charge, s (that of activation, 1 / 25 s, grip-force data).
+    lever_m: distance from the axis to the sensor, m (chosen: half a hand).
     """
 
     physiological: float = 0.03
@@ -321,36 +352,36 @@ class Tremor:
         if self.band_hz[0] > self.band_hz[1]:
             raise InputError("tremor.band_hz", f"{self.band_hz}", "the lowest first")
 
-    def numbers(self) -> Array:
-        """As the kernel takes it, (3,): tetanic amplitude, rad/s, time constant, s, lever, m."""
-        return np.array([math.sqrt(2.0) * self.tetanic, self.rise_s, self.lever_m])
+    def size(self) -> TremorSize:
+        """Coefficients for the kernels."""
+        return TremorSize(math.sqrt(2.0) * self.tetanic, self.rise_s, self.lever_m)
 
     def components(self, seed: int, device: str, trial: int) -> Array:
         """Sinusoids of a trial, (3, COMPONENTS): angular frequency, rad/s, phase, rad, amplitude, rad/s."""
-        drawn = NoiseStream(stream_key(seed, f"{device}/tremor", trial), 2 * COMPONENTS, "uniform").row(0)
+        chance = NoiseStream(stream_key(seed, f"{device}/tremor", trial), 2 * COMPONENTS, "uniform").row(0)
         low, high = self.band_hz
         # One frequency in each equal part of the band.
-        hertz = low + (high - low) * (np.arange(COMPONENTS) + drawn[:COMPONENTS]) / COMPONENTS
+        hertz = low + (high - low) * (np.arange(COMPONENTS) + chance[:COMPONENTS]) / COMPONENTS
         amplitude = np.full(COMPONENTS, self.physiological * math.sqrt(2.0 / COMPONENTS))
-        return 2.0 * math.pi * np.stack([hertz, drawn[COMPONENTS:], amplitude / (2.0 * math.pi)])
+        return 2.0 * math.pi * np.stack([hertz, chance[COMPONENTS:], amplitude / (2.0 * math.pi)])
 
 
 def axes(seed: int, device: str, sites: int) -> Array:
-    """Axis of each sensor's tremor, and the direction at right angles in which it swings, (2, sites, 3)."""
-    drawn = NoiseStream(stream_key(seed, f"{device}/tremor_axes", 0), 6 * sites).row(0).reshape(2, sites, 3)
-    axis = drawn[0] / np.linalg.norm(drawn[0], axis=-1, keepdims=True)
-    swing = np.cross(axis, drawn[1])
+    """Axis of each sensor's tremor, and the perpendicular direction in which it swings, (2, sites, 3)."""
+    normal = NoiseStream(stream_key(seed, f"{device}/tremor_axes", 0), 6 * sites).row(0).reshape(2, sites, 3)
+    axis = normal[0] / np.linalg.norm(normal[0], axis=-1, keepdims=True)
+    swing = np.cross(axis, normal[1])
     return np.stack([axis, swing / np.linalg.norm(swing, axis=-1, keepdims=True)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pulses:
-    """How stimulation pulses come out of the messages of currents and pulse widths.
+    """Timing and size of stimulation pulses from messages of currents and pulse widths.
 
     Attributes
     ----------
-    rate_hz: at which the stimulator repeats the newest message's pulses; 0: one pulse a message.
-    full_charge_uc: of one pulse, that counts as full (chosen: 25 mA for 400 us).
+    rate_hz: rate at which the stimulator repeats the pulses of the newest message; 0: one pulse per message.
+    full_charge_uc: charge of one pulse that counts as full (chosen: 25 mA for 400 us).
     """
 
     rate_hz: float = 0.0
@@ -361,25 +392,36 @@ class Pulses:
         require_positive("pulses", self, "full_charge_uc")
 
 
+class Stimulation(NamedTuple):
+    """Stimulation at an instant: share of full charge, time since the last pulse, and between pulses, s."""
+
+    share: float
+    since_s: float
+    interval_s: float
+
+
+NO_STIMULATION = Stimulation(0.0, math.inf, 0.0)
+
+
 @dataclass(slots=True, eq=False)
 class PulseWatch:
-    """The pulses seen so far.
+    """Timing of the messages with pulses.
 
     Attributes
     ----------
     newest_ns: arrival of the newest message; -1 before the first.
-    interval_s: between the last two; 0 before there are two.
-    share: of full charge, the newest one's.
+    interval_s: time between the last two; 0 before there are two.
+    share: charge of the newest, as a share of full charge.
     """
 
     newest_ns: int = -1
     interval_s: float = 0.0
     share: float = 0.0
 
-    def now(self, pulses: Pulses, sample: Sample, time_ns: int) -> tuple[float, float, float]:
-        """(share of full charge, s since the last pulse, s between pulses); share 0 before the first."""
+    def now(self, pulses: Pulses, sample: Sample, time_ns: int) -> Stimulation:
+        """Stimulation at an instant, from the newest message."""
         if not sample.present:
-            return 0.0, math.inf, 0.0
+            return NO_STIMULATION
         if sample.arrived_ns > self.newest_ns:
             if self.newest_ns >= 0:
                 self.interval_s = (sample.arrived_ns - self.newest_ns) / NS_PER_S
@@ -389,25 +431,25 @@ class PulseWatch:
         if pulses.rate_hz > 0.0:
             interval = 1.0 / pulses.rate_hz
             since %= interval
-        return self.share, since, interval
+        return Stimulation(self.share, since, interval)
 
 
 def charge(stimulation: Array, full_charge_uc: float) -> float:
-    """Charge of the largest channel's pulse as a share of full; stimulation (channels, 2) in A and s."""
+    """Largest charge of all channels as a share of full charge; stimulation (channels, 2) in A and s."""
     return float((stimulation[:, 0] * stimulation[:, 1]).max()) / (1e-6 * full_charge_uc)
 
 
 @compiled
 def vibration(
-    numbers: Array, components: Array, time_s: float, elapsed_s: float, stimulation: Array, level: Array
+    tremor: TremorSize, components: Array, time_s: float, elapsed_s: float, stimulation: Stimulation,
+    level: Array,
 ) -> tuple[float, float]:
     """Angular rate, rad/s, and acceleration at the lever, m/s^2, of the tremor at `time_s`.
 
-    `stimulation` (3,): share of full charge, s since the last pulse and between pulses; `level` (1,), the
-    share that the muscles have followed to, is brought on by `elapsed_s`.
+    `level` (1,), the share of full charge that the muscles have followed, advances by `elapsed_s`.
     """
-    share, since, interval = stimulation[0], stimulation[1], stimulation[2]
-    level[0] += (share - level[0]) * -math.expm1(-elapsed_s / numbers[1])
+    share, since, interval = stimulation
+    level[0] += (share - level[0]) * -math.expm1(-elapsed_s / tremor.rise_s)
     rate, change = 0.0, 0.0
     for k in range(components.shape[1]):
         angle = components[0, k] * time_s + components[1, k]
@@ -415,7 +457,7 @@ def vibration(
         change -= components[2, k] * components[0, k] * math.sin(angle)
     if interval > 0.0:
         pulse = 2.0 * math.pi / interval
-        amplitude = numbers[0] * level[0]
+        amplitude = tremor.tetanic * level[0]
         rate += amplitude * math.cos(pulse * since)
         change -= amplitude * pulse * math.sin(pulse * since)
-    return rate, numbers[2] * change
+    return rate, tremor.lever_m * change

@@ -192,7 +192,7 @@ def test_compiled_kernels_equal_plain_python() -> None:
     np.testing.assert_allclose(ideal, plain, rtol=1e-13)
     rng = np.random.default_rng(0)
     errors = (rng.normal(size=(4, 3, 3)), rng.normal(size=(2, 4, 3)), rng.normal(size=36),
-              np.array([0.1, 0.2]), np.array([1.5, 2.0]), np.array([0.0, 0.25]))
+              imu_kinematics.Errors(np.array([0.1, 0.2]), np.array([1.5, 2.0]), np.array([0.0, 0.25]), 0.0))
     samples = rng.normal(size=(2, 4, 3))
     plain = samples.copy()
     mask = imu_kinematics.corrupt(samples, *errors)

@@ -341,7 +341,7 @@ def test_errors_of_triads_that_cannot_be_are_named(wrong):
 
 
 def test_pulses_of_another_shape_are_refused():
-    with pytest.raises(InputError, match=r"pulses: a signal of shape \(4,\)"):
+    with pytest.raises(InputError, match=r"pulses: the wired signal has shape \(4,\)"):
         Imus(tremor=Tremor()).resolve({"pulses": (4,)})
 
 

@@ -74,7 +74,7 @@ def test_at_rest_a_gravity_of_1_g_along_the_skin_is_the_sag():
 def test_weight_pulls_the_outer_side_down():
     """Standing out towards x with y up: the sensor's top leans down, towards -y, by a turn about -z."""
     motion = np.zeros((4, 3))
-    wobble(SoftTissue(sag_deg=4.0, outwards=(1.0, 0.0, 0.0)).numbers(), np.zeros(3),
+    wobble(SoftTissue(sag_deg=4.0, outwards=(1.0, 0.0, 0.0)).coefficients(), np.zeros(3),
            np.array([0.0, 9.80665, 0.0]), 0.0, motion)
     np.testing.assert_allclose(np.degrees(motion[0]), [0.0, 0.0, -4.0], atol=1e-12)
 

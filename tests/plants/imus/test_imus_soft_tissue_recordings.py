@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from fesloop.streams.files import open_recording
-from plants.imus.disturbances import SoftTissue, own_rate, turn_back, wobble
+from plants.imus.disturbances import SoftTissue, Tissue, own_rate, turn_back, wobble
 
 
 @numba.njit
@@ -38,13 +38,13 @@ def test_the_model_explains_half_of_what_foam_does_to_a_sensor(recordings, segme
     rate, force = rigid.gyr[:, segment].copy(), rigid.acc[:, segment].copy()
     first, later = slice(0, half), slice(half, None)
     mounted, _ = Rotation.align_vectors(read[first], rate[first])
-    default = SoftTissue().numbers()
+    default = SoftTissue().coefficients()
 
     def left(parameters, part):
         """What is unexplained, rad/s, by factors on the default numbers, outward direction and mounting."""
         turn = Rotation.from_rotvec(parameters[6:]) * mounted
-        numbers = np.concatenate([default[:4] * parameters[:4], outwards(*parameters[4:6])])
-        found = predicted(numbers, np.ascontiguousarray(turn.apply(rate[part])),
+        tissue = Tissue(*(np.array(default[:4]) * parameters[:4]), outwards(*parameters[4:6]))
+        found = predicted(tissue, np.ascontiguousarray(turn.apply(rate[part])),
                           np.ascontiguousarray(turn.apply(force[part])), period_s)
         return (found - read[part]).ravel()
 
