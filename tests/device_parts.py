@@ -37,7 +37,7 @@ def kept(driver, port, **other):
     try:
         yield device
     finally:
-        device.told = True
+        device.reported = True
         device.close()
 
 

@@ -1,6 +1,6 @@
-"""The contract of a driver: what the keeper of a stimulator asks of whatever speaks to the device.
+"""Contract of stimulator drivers, and the faults that they report.
 
-A driver is registered by name as an entry point of the group "fesloop.stimulators". It lives in the keeper's
+A driver is registered by name as an entry point of the group "fesloop.stimulators". It runs in the keeper's
 process (`plants.devices.keeper`), which alone holds the device, and is called there by one thread.
 """
 
@@ -14,29 +14,29 @@ from typing import Any, ClassVar, Protocol
 from plants.stimulator.generations import Preset
 
 Pulses = Sequence[tuple[float, float]]
-"""Current, A, and pulse width, s, of each channel; a channel that gives nothing has zeros."""
+"""Current, A, and pulse width, s, of each channel; zeros for a channel without pulses."""
 
 FAULTS = {
     "no_answer": "the device did not answer in time",
-    "wrong_checksum": "what came from the device fails its checksum",
+    "wrong_checksum": "a frame from the device fails its checksum",
     "refused": "the device refused a command",
     "electrode_error": "the device finds no contact at an electrode",
     "unplugged": "the line to the device is gone",
     "device_failed": "the device reports a fault of its own",
 }
-"""Statuses of what can go wrong at a device."""
+"""Statuses of a device's faults."""
 
 SLACK_MS = 50.0
 """Added to every stated time (chosen: three times the worst wake-up of a plain kernel under load, 16 ms)."""
 
 
 class DeviceFault(Exception):
-    """What a driver raises when the device, or the line to it, fails.
+    """Fault of the device, or of the line to it, raised by a driver.
 
     Parameters
     ----------
     status: one of `FAULTS`.
-    detail: what happened, in words.
+    detail: description of the fault.
     """
 
     def __init__(self, status: str, detail: str) -> None:
@@ -45,19 +45,19 @@ class DeviceFault(Exception):
 
 
 class StimulatorDriver(Protocol):
-    """Speaks to one device. No method waits longer than stated; each raises DeviceFault and nothing else.
+    """Driver of one device. No method waits longer than stated; each raises DeviceFault and nothing else.
 
-    Made with `(port, channels, hertz)`: where the device is, how many of its channels are in use, and the
-    stimulation frequency, Hz, at which it repeats the newest pulses by itself.
+    Constructed with `(port, channels, hertz)`: the device's port, the number of channels in use, and the
+    stimulation frequency, Hz, at which the device repeats the newest pulses.
 
     Attributes
     ----------
     preset: the device's channels, ranges, steps and latency.
-    faults: which of `FAULTS` it can raise.
-    answer_ms: the longest that `give` and `stop` wait for the device's answer.
-    alone_ms: how long the device itself goes on stimulating after the last thing it heard.
-    open_s: the longest that `open` takes.
-    attend_ms: how often `attend` wants to be called.
+    faults: members of `FAULTS` that the driver can raise.
+    answer_ms: longest wait of `give` and `stop` for the device's answer.
+    alone_ms: time for which the device itself continues to stimulate after the last message.
+    open_s: longest duration of `open`.
+    attend_ms: interval between calls of `attend`.
     """
 
     preset: ClassVar[Preset]
@@ -69,33 +69,33 @@ class StimulatorDriver(Protocol):
 
     @staticmethod
     def check(port: str, channels: int, hertz: float) -> None:
-        """Raise InputError, in the loop's process, for what the device cannot do or what is not installed."""
+        """Raise InputError, in the loop's process, for settings beyond the device, or a missing library."""
 
     def open(self) -> None:
-        """Take hold of the device; it is ready and gives no current."""
+        """Open the device, ready and without current."""
 
     def give(self, pulses: Pulses) -> None:
-        """From now on these pulses, within `preset`, on all channels; returns when the device answered."""
+        """Start these pulses, within `preset`, on all channels; returns when the device has answered."""
 
     def attend(self) -> None:
-        """Look for what the device says by itself, and keep the connection alive."""
+        """Check for messages of the device, and keep the connection alive."""
 
     def stop(self) -> None:
-        """Zero current; returns when the device has said so."""
+        """Set zero current; returns when the device has confirmed it."""
 
     def close(self) -> None:
-        """Let the device go, whatever state it is in; raises nothing."""
+        """Release the device in any state; raises nothing."""
 
 
 def driver_at(place: str) -> Any:
-    """The class of a driver, by "module:Class"; what its module raises when imported."""
+    """Import the class of a driver, given as "module:Class"."""
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
 
 
 @contextmanager
 def driver_faults() -> Iterator[None]:
-    """Whatever a driver raises is a fault of the device's."""
+    """Convert every exception of a driver into a DeviceFault."""
     try:
         yield
     except DeviceFault:
@@ -105,9 +105,9 @@ def driver_faults() -> Iterator[None]:
 
 
 def stated_ms(driver: type[StimulatorDriver], hold_ms: float) -> tuple[float, float]:
-    """The longest from the last fresh command to zero current at the device, ms.
+    """Longest time from the last fresh command to zero current at the device, ms.
 
-    The first holds while the keeper lives and the line carries: `hold_ms`, and the answer to a command under
-    way. The second holds where keeper or line are gone, and the device is alone.
+    The first holds while keeper and line work: `hold_ms`, and the answer to a pending command. The second
+    holds without keeper or line, by the device alone.
     """
     return hold_ms + driver.answer_ms + SLACK_MS, driver.alone_ms + SLACK_MS

@@ -1,4 +1,4 @@
-"""`dry`: a device for rehearsals, which gives nothing and writes down what it would have given."""
+"""`dry`: a driver for rehearsals, which gives no current and logs its commands."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from plants.stimulator.generations import PRESETS, Preset
 
 
 class Dry:
-    """Nobody is stimulated; where `port` names a file, what would have been given goes there.
+    """Driver without a device; if `port` names a file, commands are logged there.
 
-    The file is begun anew. A line holds the instant (monotonic clock, ns), what happens there (`open`,
-    `give`, `stop`, `close`) and, for `give`, the pulses of all channels as mA/us. Each line is written by
-    itself, so that the file is whole whoever is killed. Ranges are those of the science-mode device, so that
-    a rehearsal is cut as the real session will be.
+    An existing file is overwritten. A line has the instant (monotonic clock, ns), an event (`open`, `give`,
+    `stop`, `close`) and, for `give`, the pulses of all channels as mA/us. Each line is written at once, so
+    that the file is complete whichever process is killed. Ranges are those of the science-mode device, so
+    that a rehearsal is limited like the real session.
     """
 
     preset: ClassVar[Preset] = PRESETS["generation1"]
@@ -40,7 +40,7 @@ class Dry:
                              "a file for the log of `dry`, or nothing")
 
     def open(self) -> None:
-        """Begin the log."""
+        """Open the log."""
         if self._path is not None:
             try:
                 self._file = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
@@ -49,18 +49,18 @@ class Dry:
         self._write("open")
 
     def give(self, pulses: Pulses) -> None:
-        """Note the pulses."""
+        """Log the pulses."""
         self._write("give", " ".join(f"{1e3 * current:.6g}/{1e6 * width:.6g}" for current, width in pulses))
 
     def attend(self) -> None:
-        """There is nothing to look for."""
+        """Do nothing: there is no device."""
 
     def stop(self) -> None:
-        """Note that there is no current any more."""
+        """Log zero current."""
         self._write("stop")
 
     def close(self) -> None:
-        """End the log."""
+        """Close the log."""
         if self._file >= 0:
             os.close(self._file)
             self._file = -1

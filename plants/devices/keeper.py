@@ -1,22 +1,21 @@
-"""The keeper: a process of its own that alone holds a stimulator, and stops it when its loop falls silent.
+"""Keeper: a separate process that alone holds a stimulator, and stops it when the loop sends no commands.
 
-It trusts nobody. Every command is checked again: its form, its checksum, its number, its age, its pulses
-against the device's range and the user's limit of charge. The device is stopped, and stays so for the rest of
-this process's life ("latched"), when
+The keeper checks every command again: form, checksum, number, age, and pulses against the device's range and
+the user's limit of charge. It stops the device, for the rest of its own life ("latched"), on
 
-    command_timeout  no fresh command has come for `hold_ms`: none at all (the loop hangs or is stopped), or
-                     one of an instant that long ago (the loop is too slow, and acts on what was)
-    loop_ended       the line is at its end, or the loop's process is
-    malformed        a message is none, is out of order, or asks for what the device must not give
-    terminated       the keeper itself is told to end (SIGTERM)
-    ...              the device reports a fault, or the line to it does (`driver.FAULTS`)
+    command_timeout  no fresh command for `hold_ms`: none at all (the loop hangs or is stopped), or only
+                     commands of instants that long ago (the loop is too slow)
+    loop_ended       the end of the line, or of the loop's process
+    malformed        an invalid or disordered message, or a command beyond the limits
+    terminated       SIGTERM to the keeper itself
+    ...              a fault of the device or of the line to it (`driver.FAULTS`)
 
-The cause goes to the loop, and as a line to standard error for whoever killed the loop. A loop that comes
-back finds the device latched. A hung keeper sends nothing, and the device's own watchdog ends stimulation:
-therefore nothing here, no thread, keeps the connection alive behind the back of the checks below.
+The cause goes to the loop, and as a line to standard error, in case the loop is dead. A loop that resumes
+finds the device latched. If the keeper hangs, it sends nothing, and the device's own watchdog ends
+stimulation; therefore no thread here keeps the connection alive in parallel to the checks below.
 
-SIGINT and SIGHUP are the terminal's to send, and mean the loop, which ends the keeper in good order. Little
-is imported here, so that the process is there soon.
+SIGINT and SIGHUP from a terminal are ignored, as they address the loop, which then ends the keeper properly.
+Few modules are imported here, so that the process starts soon.
 """
 
 from __future__ import annotations
@@ -52,9 +51,9 @@ _ROUND_OFF = 1e-6
 
 
 def wrong_pulses(pulses: Pulses, device: Preset, charge_max: float) -> str:
-    """What of the pulses must not be given; empty if all is well.
+    """Description of the first pulse beyond a limit, or "".
 
-    `charge_max`: C, of a phase, the user's limit.
+    `charge_max`: the user's limit of a phase's charge, C.
     """
     more = 1.0 + _ROUND_OFF
     for channel, (current, width) in enumerate(pulses):
@@ -69,20 +68,20 @@ def wrong_pulses(pulses: Pulses, device: Preset, charge_max: float) -> str:
 
 _NS_PER_MS = 1_000_000
 _STOPS = 3
-"""How often a stop that the device does not confirm is said (chosen: a disturbed byte is soon over)."""
+"""Number of tries of a stop that the device does not confirm (chosen: a disturbance of a byte is short)."""
 _PRIORITY = 99
-"""Of SCHED_FIFO, or what is attainable (chosen: above any loop, which gone wild would keep it waiting)."""
+"""Priority in SCHED_FIFO, or the highest attainable (chosen: above any loop, so that none delays it)."""
 _LOOK_MS = 20.0
-"""How often to look whether the keeper has been told to end, whatever else there is to do."""
+"""Longest interval between checks for SIGTERM."""
 
 
 class Keeper:
-    """Holds an open device on behalf of a loop.
+    """Holder of an open device on behalf of a loop.
 
     Parameters
     ----------
-    terms: of the loop. device: open, giving nothing. line: to the loop. loop: file that is readable once the
-        loop's process has ended.
+    terms: settings from the loop. device: opened driver, without current. line: socket to the loop.
+    loop: file that becomes readable when the loop's process ends.
     """
 
     def __init__(self, terms: Terms, device: StimulatorDriver, line: socket.socket, loop: int) -> None:
@@ -98,19 +97,19 @@ class Keeper:
         self._attended_ns = time.monotonic_ns()
 
     def end_when_asked(self, number: int, frame: FrameType | None) -> None:
-        """SIGTERM: the device first, then the process."""
+        """Handle SIGTERM: stop the device, then end the process."""
         self._over = True
 
     def keep(self) -> None:
-        """Until the loop is done with the device, or gone; however it ends, the device is stopped."""
+        """Run until the loop ends or releases the device; the device is stopped in every case."""
         try:
             while not self._over:
                 self._look()
         finally:
-            self._latch("terminated", "the keeper was told to end" if self._over else "the keeper broke")
+            self._latch("terminated", "the keeper was terminated" if self._over else "the keeper failed")
 
     def _look(self) -> None:
-        """Wait for what happens next, and see to it."""
+        """Wait for the next event and handle it."""
         ready = {file for file, _ in self._poll.poll(self._patience_ms())}
         self._require_fresh()
         if self._line.fileno() in ready:
@@ -122,7 +121,7 @@ class Keeper:
             self._attend()
 
     def _patience_ms(self) -> float:
-        """How long may be slept: until the device wants attention, or the newest command is too old."""
+        """Longest wait: until `attend` is due, or the newest command is too old."""
         if self._latched:
             return _LOOK_MS
         until = self._attended_ns + round(self._device.attend_ms * _NS_PER_MS)
@@ -135,11 +134,11 @@ class Keeper:
             self._latch("command_timeout", f"no fresh command for {self._terms.hold_ms:g} ms{why}")
 
     def _hear(self) -> None:
-        """Take what is on the line; of several commands the device gets the newest."""
+        """Read all messages on the line; of several commands, the newest goes to the device."""
         newest = None
         for message in packets(self._line):
             if not message:
-                self._latch("loop_ended", "the loop has let go of the line")
+                self._latch("loop_ended", "the loop has closed the line")
                 self._over = True
                 return
             if is_note(message):
@@ -157,7 +156,7 @@ class Keeper:
             self._give(newest)
 
     def _checked(self, message: bytes) -> Command:
-        """The command in a message; Malformed where there is none that can be given."""
+        """Decode and check a command; Malformed if it is invalid."""
         command = read_command(message, self._terms.channels)
         age_ns = time.monotonic_ns() - command.of_ns
         if command.number <= self._number or age_ns < 0:
@@ -212,7 +211,7 @@ class Keeper:
         self._device.close()
 
     def _stop(self) -> bool:
-        """Zero current; whether the device has said so."""
+        """Set zero current; whether the device confirms it."""
         for _ in range(_STOPS):
             try:
                 with driver_faults():
@@ -223,19 +222,19 @@ class Keeper:
         return False
 
     def _tell(self, message: bytes) -> None:
-        """To the loop, if it still listens."""
+        """Send a message to the loop, if it still exists."""
         with suppress(OSError):
             self._line.send(message, socket.MSG_DONTWAIT)
 
 
 def _say(cause: str) -> None:
-    """To whoever sits in front of the loop, if the loop cannot."""
+    """Print the cause on standard error, in case the loop cannot."""
     with suppress(OSError):
         print(f"fesloop: the stimulator is stopped: {cause}", file=sys.stderr, flush=True)
 
 
 def main(line_file: int) -> None:
-    """Keep the device that the first message on the line names."""
+    """Run the keeper of the device that the first message on the line names."""
     for number in (signal.SIGINT, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     line = socket.socket(fileno=line_file)

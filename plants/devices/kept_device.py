@@ -1,4 +1,4 @@
-"""The loop's end of a kept device: starts the keeper, sends commands, hears what became of them."""
+"""Loop's side of a kept device: starts the keeper, sends commands and receives their answers."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ from plants.devices.messages import (
 )
 
 _START_S = 20.0
-"""For the keeper's process to be there (chosen: 100 times what it takes on a quiet machine)."""
+"""Longest start of the keeper's process (chosen: 100 times the time on a quiet machine)."""
 _BUSY_ANSWERS = 4.0
-"""Answers of the device that a keeper waits for at most: to a command under way, and to three stops."""
+"""Most answers of the device that a keeper waits for: to a pending command, and to three stops."""
 _MS_PER_S = 1e3
 
 
 @dataclass(slots=True, eq=False)
 class KeptDevice:
-    """A device in the hands of a keeper. Holds a process and a line: it cannot be copied or saved.
+    """A device held by a keeper. It owns a process and a socket, so it cannot be copied or saved.
 
     Attributes
     ----------
-    name: of the block, for messages.
-    line: to the keeper.
-    keeper: its process.
-    answer_ms: the device's, for the time that a keeper may be busy.
-    hold_ms: after so long without a fresh command the keeper stops the device.
-    number: of the command sent last.
-    sent: instants of the commands under way, by number.
-    answer_s: from sending to the device's answer, of the newest command answered.
+    name: name of the block, for messages.
+    line: socket to the keeper.
+    keeper: process of the keeper.
+    answer_ms: longest answer of the device, from which the keeper's busy time follows.
+    hold_ms: time without a fresh command after which the keeper stops the device.
+    number: number of the command sent last.
+    sent: instants of unanswered commands, by number.
+    answer_s: time from sending to the device's answer, of the newest answered command.
     origin_ns: monotonic clock at t = 0; 0 before it is known.
-    told: whether the loop knows that the device is stopped, or its keeper gone.
-    granted: what the operating system grants the keeper, in words.
+    reported: whether the loop knows that the device is stopped, or its keeper gone.
+    granted: memory and scheduling granted to the keeper by the operating system, as text.
     """
 
     name: str
@@ -61,15 +61,15 @@ class KeptDevice:
     sent: dict[int, int] = field(default_factory=dict)
     answer_s: float = 0.0
     origin_ns: int = 0
-    told: bool = False
+    reported: bool = False
     granted: str = ""
 
     @classmethod
     def started(cls, name: str, terms: Terms, answer_ms: float, open_s: float) -> KeptDevice:
-        """A keeper that has the device open and gives nothing; RunError where it cannot.
+        """Start a keeper with an open device without current; RunError if that fails.
 
-        The keeper finds the same modules as this process, and has a session of its own: what a terminal
-        sends to everybody in front of it, such as Ctrl-C, is for the loop alone.
+        The keeper has the module path of this process, and its own session: signals of a terminal, such as
+        Ctrl-C, reach the loop alone.
         """
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
@@ -93,15 +93,15 @@ class KeptDevice:
         poll.register(self.line, select.POLLIN)
         if not poll.poll(patience_s * _MS_PER_S):
             raise RunError(f"{self.name}: the keeper of the device was not ready within {patience_s:g} s")
-        told = self._read(self._packet() or b"")
-        if isinstance(told, Answer) or not told.get("ready"):
-            raise RunError(f"{self.name}: the device does not open: {_cause(told)}")
-        self.granted = f"memory: {told.get('memory')}; scheduling: {told.get('scheduling')}"
+        note = self._read(self._packet() or b"")
+        if isinstance(note, Answer) or not note.get("ready"):
+            raise RunError(f"{self.name}: the device does not open: {_cause(note)}")
+        self.granted = f"memory: {note.get('memory')}; scheduling: {note.get('scheduling')}"
 
     def send(self, pulses: Pulses, of_ns: int | None = None) -> None:
-        """A command, now; never waits. RunError where the keeper is gone, or too busy to be one.
+        """Send a command without waiting; RunError if the keeper is gone or overloaded.
 
-        `of_ns`: instant of the loop that it belongs to (monotonic clock); None: this one.
+        `of_ns`: the command's instant of the loop (monotonic clock); None: now.
         """
         self.number += 1
         now = time.monotonic_ns()
@@ -115,20 +115,20 @@ class KeptDevice:
             raise self._failure(self._keepers_end()) from None
 
     def hear(self) -> None:
-        """Take the answers that have come. RunError, with the cause, where the device is stopped."""
+        """Receive answers; RunError, with the cause, if the device is stopped."""
         while (message := self._packet()) is not None:
             if not message:
                 raise self._failure(self._keepers_end())
-            told = self._read(message)
-            if not isinstance(told, Answer):
-                raise self._failure(f"the device is stopped: {_cause(told)}{self._when(told)}")
-            self._answered(told)
+            received = self._read(message)
+            if not isinstance(received, Answer):
+                raise self._failure(f"the device is stopped: {_cause(received)}{self._when(received)}")
+            self._answered(received)
         self._require_answers()
 
     def _packet(self) -> bytes | None:
-        """The next message from the keeper; empty at the end of the line, None while there is none.
+        """The next message from the keeper; empty at the end of the line, None if there is none.
 
-        Where the keeper ends with a command unread, the line tells that first, and what it said after.
+        If the keeper ends with an unread command, the socket reports that error before its last messages.
         """
         for _ in range(2):
             try:
@@ -140,13 +140,13 @@ class KeptDevice:
         return b""
 
     def _answered(self, answer: Answer) -> None:
-        """Older commands that the keeper passed over are answered with it."""
+        """Note an answer, which also covers older commands that the keeper skipped."""
         sent_ns = self.sent.get(answer.number, answer.taken_ns)
         self.answer_s = (answer.taken_ns - sent_ns) / (_MS_PER_S * NS_PER_MS)
         self.sent = {number: at for number, at in self.sent.items() if number > answer.number}
 
     def _require_answers(self) -> None:
-        """A keeper that answers nothing for so long hangs, and the device is left to itself."""
+        """Raise RunError if the keeper has not answered for so long that it must hang."""
         if self.sent:
             oldest, newest = min(self.sent.values()), max(self.sent.values())
             waited_ms = (newest - oldest) / NS_PER_MS
@@ -156,12 +156,12 @@ class KeptDevice:
 
     @property
     def _busy_ms(self) -> float:
-        """The longest that a keeper in good health says nothing."""
+        """Longest time for which a working keeper does not answer."""
         return _BUSY_ANSWERS * self.answer_ms + SLACK_MS
 
     def _failure(self, what: str) -> RunError:
-        """What ends the run."""
-        self.told = True
+        """Error that ends the run."""
+        self.reported = True
         return RunError(f"{self.name}: {what}")
 
     def _read(self, message: bytes) -> Answer | dict[str, Any]:
@@ -170,7 +170,7 @@ class KeptDevice:
         try:
             return read_answer(message)
         except Malformed as fault:
-            return {"status": "malformed", "detail": f"the keeper said: {fault}"}
+            return {"status": "malformed", "detail": f"from the keeper: {fault}"}
 
     def _keepers_end(self) -> str:
         with suppress(subprocess.TimeoutExpired):
@@ -180,36 +180,36 @@ class KeptDevice:
         return (f"the keeper of the device has ended by itself ({how}); the device's own watchdog ends "
                 "stimulation")
 
-    def _when(self, told: dict[str, Any]) -> str:
-        """The instant of a stop, on the loop's clock."""
-        at_ns = told.get("at_ns", 0) - self.origin_ns
+    def _when(self, note: dict[str, Any]) -> str:
+        """Instant of a stop on the loop's clock, as text."""
+        at_ns = note.get("at_ns", 0) - self.origin_ns
         return f" (at {at_ns / (_MS_PER_S * NS_PER_MS):.3f} s)" if self.origin_ns and at_ns > 0 else ""
 
     def close(self) -> None:
-        """Zero current and an end to the keeper.
+        """Set zero current and end the keeper.
 
-        Raises RunError where the device did not confirm zero current, and for a fault of the device that
-        nobody has been told of yet. Silence is none after the last command.
+        Raises RunError if the device does not confirm zero current, and for a fault of the device not yet
+        reported. Silence after the last command is no fault.
         """
         if self.line.fileno() < 0:
             return
-        told: dict[str, Any] = {}
+        note: dict[str, Any] = {}
         try:
             with suppress(OSError):
                 self.line.send(note_bytes(end=True))
-            told = self._last_words()
+            note = self._last_note()
         finally:
             self._let_go()
-        if self.told:
+        if self.reported:
             return
-        if not told.get("stopped"):
+        if not note.get("stopped"):
             raise RunError(f"{self.name}: the device has not confirmed zero current; it stops by itself when "
-                           "it hears nothing more")
-        if told.get("status", "command_timeout") != "command_timeout":
-            raise RunError(f"{self.name}: the device failed at the end: {_cause(told)}")
+                           "it receives no more messages")
+        if note.get("status", "command_timeout") != "command_timeout":
+            raise RunError(f"{self.name}: the device failed at the end: {_cause(note)}")
 
-    def _last_words(self) -> dict[str, Any]:
-        """The keeper's note of how the device was left; empty where none comes."""
+    def _last_note(self) -> dict[str, Any]:
+        """Last note of the keeper, with the state of the device; empty if none arrives."""
         until = time.monotonic() + (self._busy_ms + 4.0 * SLACK_MS) / _MS_PER_S
         poll = select.poll()
         poll.register(self.line, select.POLLIN)
@@ -217,13 +217,13 @@ class KeptDevice:
             message = self._packet()
             if not message:
                 return {}
-            told = self._read(message)
-            if not isinstance(told, Answer):
-                return told
+            note = self._read(message)
+            if not isinstance(note, Answer):
+                return note
         return {}
 
     def _let_go(self) -> None:
-        """End the line, and with it the keeper; one that does not end is ended."""
+        """Close the line, which ends the keeper, and kill a keeper that does not end."""
         self.line.close()
         try:
             self.keeper.wait((self._busy_ms + 10.0 * SLACK_MS) / _MS_PER_S)
@@ -232,10 +232,10 @@ class KeptDevice:
             self.keeper.wait()
 
 
-def _cause(told: Answer | dict[str, Any]) -> str:
-    """What the keeper told, in words."""
-    if isinstance(told, Answer):
-        return "the keeper answered what was not asked"
-    known = "" if told.get("stopped", True) else ("; it has not confirmed zero current, and stops by itself "
-                                                  "when it hears nothing more")
-    return f"{told.get('status', 'no status')}: {told.get('detail', '')}{known}"
+def _cause(note: Answer | dict[str, Any]) -> str:
+    """Text of the keeper's note."""
+    if isinstance(note, Answer):
+        return "the keeper sent an unexpected answer"
+    known = "" if note.get("stopped", True) else ("; it has not confirmed zero current, and stops by itself "
+                                                  "when it receives no more messages")
+    return f"{note.get('status', 'no status')}: {note.get('detail', '')}{known}"

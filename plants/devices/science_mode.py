@@ -1,15 +1,16 @@
 """`science_mode`: an 8-channel stimulator that speaks ScienceMode 2 (RehaStim 2), through `pysciencemode`.
 
-The protocol: "ScienceMode2, description and protocol" (HASOMED, 12 December 2012), as `pysciencemode` 1.1.5
-and other open drivers follow it. The device says Init every 500 ms until it is answered. It takes the pulses
-of all channels in one command and repeats them by itself at the main interval, so that it stimulates for as
-long as it hears anything: after 1.2 s of silence it disconnects, and stops.
+The protocol is "ScienceMode2, description and protocol" (HASOMED, 12 December 2012), as `pysciencemode` 1.1.5
+and other open drivers implement it. The device sends Init every 500 ms until that is answered. It takes the
+pulses of all channels in one command and repeats them at the main interval for as long as it receives
+messages: after 1.2 s without one it disconnects and stops.
 
-Of the library, command numbers, frames and the meaning of error codes are used; its class `Rehastim2` is not,
-for in a control loop it is unsafe: a thread of its own keeps the connection alive for as long as the process
-lives, so that the device goes on stimulating when the program hangs; without an answer it waits for ever, at
-full load; checksums of what arrives are not looked at; of two messages that arrive together the first is
-dropped; and answers and error messages are compared only while it prints its log.
+The library provides command numbers, frames and the meaning of error codes. Its class `Rehastim2` is not
+used,
+as it is unsafe in a control loop: its own thread keeps the connection alive while the process lives, so that
+the device continues to stimulate when the program hangs; without an answer it waits for ever, at full load;
+checksums of received frames are not checked; of two messages that arrive together the first is dropped; and
+answers and error messages are compared only while it prints its log.
 """
 
 from __future__ import annotations
@@ -27,24 +28,24 @@ if TYPE_CHECKING:
     from plants.devices.science_mode_line import ScienceModeLine
 
 _ALL_CHANNELS_MOST_HZ = 40.0
-"""With all channels (README of github.com/ScienceMode/ScienceMode2)."""
+"""Highest frequency with all channels (README of github.com/ScienceMode/ScienceMode2)."""
 _INTERPULSE_CODE = 1
-"""2 ms within doublets, (2 - 1.5) / 0.5; there are none here."""
+"""Code of 2 ms within doublets, (2 - 1.5) / 0.5; doublets are not used."""
 _SINGLE = 0
 _MS_PER_S = 1000
 _STOPPED = (0, -3)
-"""Answers to a stop after which nothing runs: done, and "wrong mode", for nothing ran."""
+"""Answers to a stop that confirm zero current: done, and "wrong mode", as nothing was running."""
 
 
 class ScienceMode:
-    """The device on a serial line; `port` is "/dev/ttyUSB0", say."""
+    """Driver of the device on a serial line; `port` is a name such as "/dev/ttyUSB0"."""
 
     preset: ClassVar[Preset] = PRESETS["generation1"]
     faults: ClassVar[tuple[str, ...]] = ("no_answer", "wrong_checksum", "refused", "electrode_error",
                                          "unplugged", "device_failed")
     answer_ms: ClassVar[float] = 100.0
-    """Four times the 24 ms that the device takes at most to carry out a command: a serial line over USB, and
-    a busy computer, add some to it."""
+    """Four times the 24 ms that the device takes at most for a command, as a serial line over USB and a busy
+    computer add to it."""
     alone_ms: ClassVar[float] = 1200.0
     open_s: ClassVar[float] = 6.0
     attend_ms: ClassVar[float] = 5.0
@@ -55,7 +56,7 @@ class ScienceMode:
 
     @staticmethod
     def check(port: str, channels: int, hertz: float) -> None:
-        """Raise InputError where library or port are missing, or the device cannot do it."""
+        """Raise InputError for a missing library or port, or settings beyond the device."""
         if find_spec("pysciencemode") is None or find_spec("serial") is None:
             raise InputError("driver", "`science_mode` needs pysciencemode, which is not installed",
                              remedy="pip install 'fesloop[stimulator]'")
@@ -71,7 +72,7 @@ class ScienceMode:
             raise InputError("port", f"there is no {port}", "the serial port of the device, plugged in")
 
     def open(self) -> None:
-        """Answer the device's Init, and set channels and frequency."""
+        """Answer the device's Init and set channels and frequency."""
         from plants.devices.science_mode_line import ScienceModeLine
 
         self._line = ScienceModeLine(self._port, self.answer_ms / _MS_PER_S)
@@ -81,7 +82,7 @@ class ScienceMode:
                                                interval // 256, interval % 256, 0])
 
     def give(self, pulses: Pulses) -> None:
-        """All channels in one command; nothing is rounded, for the pulses are multiples of its steps."""
+        """Send all channels in one command, exactly, as pulses are multiples of the device's steps."""
         content = []
         for current, width in pulses:
             microseconds = round(1e6 * width)
@@ -89,7 +90,7 @@ class ScienceMode:
         self._opened().ask("StartChannelListMode", content)
 
     def attend(self) -> None:
-        """Errors that the device reports by itself; a sign of life while there are no commands."""
+        """Check for errors that the device reports; send a watchdog message if no command is due."""
         self._opened().listen()
 
     def stop(self) -> None:
@@ -99,7 +100,7 @@ class ScienceMode:
         line.ask("StopChannelListMode", [], fine=_STOPPED, heed_errors=False)
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         if self._line is not None:
             self._line.close()
 

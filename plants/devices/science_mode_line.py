@@ -1,4 +1,4 @@
-"""The serial line to a ScienceMode 2 device: what is said, and answered within a stated time."""
+"""Serial line to a ScienceMode 2 device: frames, and answers within a stated time."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _HEAD = 5
 
 
 class Frame(NamedTuple):
-    """What the device says.
+    """A frame from the device.
 
     Attributes
     ----------
-    number: of the packet.
-    command: what it is.
-    content: what belongs to it.
+    number: number of the packet.
+    command: number of the command.
+    content: content of the command.
     """
 
     number: int
@@ -38,17 +38,17 @@ class Frame(NamedTuple):
 
 
 class FrameReader:
-    """Puts frames together from bytes as they come."""
+    """Assembler of frames from received bytes."""
 
     def __init__(self) -> None:
         self._bytes = bytearray()
 
     def feed(self, received: bytes) -> None:
-        """More bytes."""
+        """Add received bytes."""
         self._bytes += received
 
     def next(self) -> Frame | None:
-        """The next whole frame, None while there is none; DeviceFault for one that is damaged."""
+        """The next complete frame, or None; DeviceFault for a damaged one."""
         head = self._bytes.find(_START)
         del self._bytes[:len(self._bytes) if head < 0 else head]
         if len(self._bytes) < _HEAD:
@@ -69,7 +69,7 @@ class FrameReader:
 
 
 def _unstuffed(stuffed: bytes) -> bytes:
-    """The bytes meant; each 0x81 announces one that was changed."""
+    """Undo byte stuffing: each 0x81 precedes a changed byte."""
     content, changed = bytearray(), False
     for byte in stuffed:
         if byte == _STUFFING and not changed:
@@ -84,18 +84,18 @@ _BAUD = 460_800
 _VERSION = 1
 _MOST_BYTES = 4096
 _ALIVE_S = 0.4
-"""A sign of life after so long without a command: three fit into the device's 1.2 s."""
+"""Time without a command after which a watchdog message is sent: a third of the device's 1.2 s."""
 _MISBUILT = frozenset({10, 15, 85, 129, 240})
-"""Packet numbers that pysciencemode 1.1.5 changes without the mark that says so: passed over."""
+"""Packet numbers that pysciencemode 1.1.5 does not stuff correctly; they are skipped."""
 _ELECTRODE = -2
 
 
 class ScienceModeLine:
-    """An open port. Everything raises DeviceFault, `unplugged` where the line is gone.
+    """An open port. Every method raises DeviceFault, `unplugged` if the line is gone.
 
     Parameters
     ----------
-    port: name of the serial port. answer_s: the longest to wait for an answer.
+    port: name of the serial port. answer_s: longest wait for an answer.
     """
 
     def __init__(self, port: str, answer_s: float) -> None:
@@ -113,7 +113,7 @@ class ScienceModeLine:
     def connect(self, patience_s: float) -> None:
         """Wait for the device's Init, and answer it.
 
-        A device that another program has just left takes 1.2 s to notice, and says Init every 500 ms.
+        A device that another program has just left takes 1.2 s to notice, and sends Init every 500 ms.
         """
         until = time.monotonic() + patience_s
         frame = None
@@ -122,7 +122,7 @@ class ScienceModeLine:
                 frame = next((each for each in self._arriving(until) if _is_init(each)), None)
             except DeviceFault as fault:
                 if fault.status != "wrong_checksum":
-                    raise  # but the first bytes may be the end of a frame whose beginning nobody read
+                    raise  # the first bytes may be the end of a frame, whose checksum then fails
         if frame is None:
             raise DeviceFault("no_answer", f"no Init within {patience_s:g} s: is the device on, and in "
                               "ScienceMode?")
@@ -134,11 +134,11 @@ class ScienceModeLine:
     def ask(
         self, command: str, content: Sequence[int], *, fine: Collection[int] = (0,), heed_errors: bool = True
     ) -> None:
-        """Send a command and wait for its answer, which must be one of those that are fine."""
+        """Send a command and wait for its answer, which must be among `fine`."""
         self._write(packet_construction(self._next_number(), command, list(content)))
-        wanted = Rehastim2Commands[f"{command}Ack"].value
+        acknowledgement = Rehastim2Commands[f"{command}Ack"].value
         for frame in self._arriving(time.monotonic() + self._answer_s):
-            if frame.command == wanted:
+            if frame.command == acknowledgement:
                 result = _signed(frame)
                 if result not in fine:
                     raise DeviceFault("refused", f"{command}: {_words(stimulation_error(result), result)}")
@@ -148,7 +148,7 @@ class ScienceModeLine:
         raise DeviceFault("no_answer", f"{command}: no answer within {1e3 * self._answer_s:g} ms")
 
     def listen(self) -> None:
-        """Heed what the device has said by itself, and give a sign of life where it is due."""
+        """Check for errors that the device reports, and send a watchdog message if it is due."""
         now = time.monotonic()
         for frame in self._arriving(now):
             _heed(frame)
@@ -156,11 +156,11 @@ class ScienceModeLine:
             self._write(packet_construction(self._next_number(), "Watchdog"))
 
     def forget(self) -> None:
-        """Let go of half a frame that has come: its end may be lost, and hide what comes next."""
+        """Discard a partial frame: its end may be lost, and the next frame taken for it."""
         self._frames = FrameReader()
 
     def close(self) -> None:
-        """Give the port back; what a dead line has not taken is dropped, for the system would wait for it."""
+        """Close the port; unsent bytes are discarded, as closing would wait for them on a dead line."""
         with suppress(OSError, serial.SerialException, termios.error):
             self._port.reset_output_buffer()
         self._port.close()
@@ -179,9 +179,9 @@ class ScienceModeLine:
         self._said_s = time.monotonic()
 
     def _arriving(self, until_s: float) -> Iterator[Frame]:
-        """Frames as they come until then.
+        """Frames that arrive until an instant.
 
-        Later the line is read once at most, for what came in time, however much a device goes on saying.
+        After it the line is read once more, for frames that arrived in time, however many messages follow.
         """
         over = False
         while True:
@@ -205,7 +205,7 @@ def _is_init(frame: Frame) -> bool:
 
 
 def _heed(frame: Frame) -> None:
-    """Raise DeviceFault for what the device says of itself and nobody asked for."""
+    """Raise DeviceFault for an unsolicited message that reports an error."""
     if frame.command == Rehastim2Commands.StimulationError.value:
         code = _signed(frame)
         raise DeviceFault("electrode_error" if code == _ELECTRODE else "device_failed",
@@ -213,7 +213,7 @@ def _heed(frame: Frame) -> None:
     if frame.command == Rehastim2Commands.UnknownCommand.value:
         raise DeviceFault("refused", "the device does not know the command")
     if frame.command == Rehastim2Commands.Init.value:
-        raise DeviceFault("device_failed", "the device has disconnected and begins anew")
+        raise DeviceFault("device_failed", "the device has disconnected and restarted")
 
 
 def _signed(frame: Frame) -> int:
@@ -221,5 +221,5 @@ def _signed(frame: Frame) -> int:
 
 
 def _words(known: str | None, code: int) -> str:
-    """The meaning of a code, where the library knows it."""
+    """Meaning of a code, from the library."""
     return f"{(known or 'unknown error').strip().lower()} ({code})"

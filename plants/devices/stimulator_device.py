@@ -1,4 +1,4 @@
-"""`stimulator_device`: a real stimulator at the end of the loop."""
+"""`stimulator_device`: a real stimulator at the end of the loop, held by a keeper."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ def _entries() -> dict[str, EntryPoint]:
 
 
 def driver_names() -> list[str]:
-    """Every registered driver."""
+    """Names of all registered drivers."""
     return sorted(_entries())
 
 
 def driver_place(name: str) -> str:
-    """Where the driver of that name is, as "module:Class"; InputError where there is none."""
+    """Import path "module:Class" of a driver; InputError for an unknown name."""
     if name not in _entries():
-        raise InputError("driver", f"there is no stimulator driver {name!r}", ", ".join(driver_names()),
+        raise InputError("driver", f"no stimulator driver is named {name!r}", ", ".join(driver_names()),
                          did_you_mean(name, driver_names()))
     return _entries()[name].value
 
 
 def find_driver(name: str) -> type[StimulatorDriver]:
-    """The driver's class; InputError for one that does not exist or does not import."""
+    """Class of a driver; InputError if it does not exist or does not import."""
     place = driver_place(name)
     try:
         return cast("type[StimulatorDriver]", _entries()[name].load())
@@ -65,12 +65,12 @@ _HOLD_RANGE_MS = (20.0, 1000.0)
 
 @dataclass(slots=True, eq=False)
 class DeviceInUse:
-    """A device in use.
+    """State of a device in use.
 
     Attributes
     ----------
-    device: with its keeper.
-    cut: bits of what the newest command of each channel lacked.
+    device: the device with its keeper.
+    cut: bit mask of the limits that changed each channel's newest command.
     """
 
     device: KeptDevice
@@ -80,33 +80,33 @@ class DeviceInUse:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StimulatorDevice:
-    """A stimulator outside this computer, in the hands of a keeper.
+    """A real stimulator outside this computer, held by a keeper.
 
-    At every tick the newest command goes to the keeper, a process of its own that alone holds the device
-    (`plants.devices.keeper`), without waiting for anything. What the device cannot give is cut and told as
-    `stimulator` tells it; numbers are rounded down to the device's steps, so that nobody gets more than the
-    safety block let through. The keeper stops the device, for good, without a fresh command for `hold_ms`,
-    when the loop's process ends, and when device or line fail; the run then fails at its next tick, with the
-    cause. A command belongs to the instant of its tick: that of a loop which lags so far behind the wall
-    clock is not fresh any more, and where a loop begins so nothing is given until it has caught up (status
-    `loop_late`). What the loop's process or the keeper suffer, current at the device is zero within the time
-    that `fesloop check` states. It runs in real time only (`fesloop run --realtime`), and `stimulation` must
-    come straight from a `safety` block whose `frequency_hz` is the same, for it counts the pulses given.
-    Status `keeper_ready` says what the operating system grants the keeper.
+    At every tick the newest command goes, without waiting, to the keeper, a separate process that alone holds
+    the device (`plants.devices.keeper`). Commands are limited to the device's range, with the statuses of
+    `stimulator`, and rounded down to its steps, never above the output of the safety block. The keeper stops
+    the device permanently without a fresh command for `hold_ms`, when the loop's process ends, and when
+    device or line fail; the run then fails at its next tick, with the cause. A command has the instant of its
+    tick: it is not fresh if the loop lags that far behind the wall clock, and a loop that starts late gives
+    nothing until it has caught up (status `loop_late`). Whatever happens to the loop's process or the keeper,
+    current at the device is zero within the time that `fesloop check` states. The block runs in real time
+    only (`fesloop run --realtime`), and `stimulation` must come directly from a `safety` block with the same
+    `frequency_hz`, as that block counts pulses. Status `keeper_ready` gives the memory and scheduling granted
+    to the keeper.
 
-    Inputs: `stimulation` (channels, 2), current, A, and pulse width, s. Outputs: `sent` (channels, 2), what
-    went to the device; `answer`, s, from sending to the device's answer, of the newest command answered.
+    Inputs: `stimulation` (channels, 2), current, A, and pulse width, s. Outputs: `sent` (channels, 2), the
+    command sent to the device; `answer`, s, time from sending to answer of the newest answered command.
 
     Attributes
     ----------
-    driver: speaks to the device (entry points of the group "fesloop.stimulators").
-    port: where the device is, such as "/dev/ttyUSB0"; for `dry` the file of its log.
-    channels: in use; 0 takes them from what is wired in.
-    frequency_hz: at which the device repeats the newest pulses.
+    driver: driver of the device (entry points of the group "fesloop.stimulators").
+    port: port of the device, such as "/dev/ttyUSB0"; for `dry` the file of its log.
+    channels: channels in use; 0 takes the number from the wire.
+    frequency_hz: frequency at which the device repeats the newest pulses.
     charge_max_uc: the user's limit of a phase's charge (chosen: that of the `safety` block).
-    hold_ms: without a fresh command for so long the keeper stops the device (chosen: four periods of 40 Hz,
-        beyond what a plain kernel delays a loop, and as long as the rise of a single twitch, so that the
-        muscle hardly follows what nobody commands any more).
+    hold_ms: time without a fresh command after which the keeper stops the device (chosen: four periods of
+        40 Hz, longer than a plain kernel delays a loop, and as long as the rise of a single twitch, so that
+        the muscle hardly follows an outdated command).
     """
 
     guarded: ClassVar[tuple[str, ...]] = ("stimulation",)
@@ -126,7 +126,7 @@ class StimulatorDevice:
                              f"{_HOLD_RANGE_MS[0]:g} to {_HOLD_RANGE_MS[1]:g}")
         if not 0 <= self.channels <= device.channels:
             raise InputError("channels", f"{self.channels}",
-                             f"1 to {device.channels}, the device's, or 0 for what is wired in")
+                             f"1 to {device.channels}, the device's, or 0 for the number of wired channels")
         hertz = parse_rate(self.frequency_hz, "frequency_hz")
         if not device.frequency_min_hz <= hertz <= device.frequency_max_hz:
             raise InputError("frequency_hz", self.frequency_hz,
@@ -144,7 +144,7 @@ class StimulatorDevice:
 
     @property
     def limits(self) -> Limits:
-        """Ranges and resolutions, and the user's limit, in A, s, C."""
+        """Ranges and resolutions of the device, and the user's limit, in A, s, C."""
         device = find_driver(self.driver).preset
         return Limits(device.current_max_ma / 1e3, device.current_step_ma / 1e3,
                       device.compliance_v / IEC_LOAD_OHM, device.width_min_us / 1e6,
@@ -152,15 +152,15 @@ class StimulatorDevice:
 
     @property
     def stated_ms(self) -> tuple[float, float]:
-        """The longest from the last fresh command to zero current, ms: by the keeper, by the device alone."""
+        """Longest time from the last fresh command to zero current, ms: by keeper, and by device alone."""
         return stated_ms(find_driver(self.driver), self.hold_ms)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> StimulatorDevice:
-        """For the number of channels that is wired in; raises InputError where the device has fewer."""
+        """This block with the number of wired channels; InputError if the device has fewer."""
         return replace(self, channels=shapes["stimulation"][0])
 
     def faults(self, context: Context, surroundings: Surroundings) -> list[InputError]:
-        """A device that would be stopped by a loop that is never late."""
+        """A `hold_ms` so short that a punctual loop would stop the device."""
         period_ms = 1e3 * context.clock.period_s if context.clock is not None else 0.0
         if self.hold_ms >= 2.0 * period_ms:
             return []
@@ -168,38 +168,38 @@ class StimulatorDevice:
                            f"at least two periods, {2.0 * period_ms:g}")]
 
     def faults_behind(self, guard: Block) -> list[InputError]:
-        """A guard that counts other pulses than are given: its budgets of charge would not hold."""
+        """A safety block that counts pulses at another frequency, so that its charge budgets fail."""
         counted: float | None = getattr(guard, "frequency_hz", None)
         if counted is None or counted == float(parse_rate(self.frequency_hz)):
             return []
-        return [InputError("frequency_hz", f"{self.frequency_hz}, and the safety block counts {counted:g} "
-                           "pulses a second", "the same for both")]
+        return [InputError("frequency_hz", f"{self.frequency_hz}, but the safety block counts {counted:g} "
+                           "pulses a second", "the same frequency for both")]
 
     def cautions(self, context: Context) -> list[tuple[str, str]]:
-        """Where current goes, when it ends if something fails, and what a run would lack now."""
+        """Destination of current, stated times to zero current after a failure, and unmet requirements."""
         kept_ms, alone_ms = self.stated_ms
         where = f" at {self.port}" if self.port else ""
-        told = [("device", f"commands go to `{self.driver}`{where}; zero current at most {kept_ms:g} ms "
-                 f"after the last fresh command, {alone_ms:g} ms where keeper or line are cut off")]
+        cautions = [("device", f"commands go to `{self.driver}`{where}; zero current at most {kept_ms:g} ms "
+                     f"after the last fresh command, {alone_ms:g} ms without keeper or line")]
         try:
             self._check_driver()
         except InputError as fault:
-            told.append(("not_ready", str(fault)))
-        return told
+            cautions.append(("not_ready", str(fault)))
+        return cautions
 
     def _check_driver(self) -> None:
-        """Raise InputError for what the driver says now that the device cannot do, or that is missing."""
+        """Raise InputError for settings beyond the device, or a missing library or port."""
         find_driver(self.driver).check(self.port, self.channels, float(parse_rate(self.frequency_hz)))
 
     def stand_in(self) -> DeviceStandIn:
-        """The same ports, and nothing behind them."""
+        """A block with the same ports and no device."""
         return DeviceStandIn(channels=self.channels)
 
     def init(self, context: Context) -> DeviceInUse:
-        """The device, open and giving nothing.
+        """Open the device, without current.
 
-        Raises InputError for what the device cannot do and for a driver that is not installed, RunError where
-        it does not answer.
+        Raises InputError for settings beyond the device and for a missing library, RunError if the device
+        does not answer.
         """
         driver: type[StimulatorDriver] = find_driver(self.driver)
         try:
@@ -214,26 +214,26 @@ class StimulatorDevice:
         return DeviceInUse(device, [0] * self.channels)
 
     def attach(self, state: DeviceInUse, present: Present) -> None:
-        """Know when t = 0 is, without which nothing is sent."""
+        """Take the wall-clock instant of t = 0, before which nothing is sent."""
         state.device.origin_ns = present.origin_ns
 
     def step(self, state: DeviceInUse, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Hear what became of earlier commands, send the newest.
+        """Receive answers to earlier commands and send the newest.
 
-        RunError where the device is stopped, and in a loop that is not in step with the wall clock.
+        Raises RunError if the device is stopped, and outside real time.
         """
         if not state.device.origin_ns:
             raise RunError(f"{state.device.name}: commands go to a device in real time only")
         state.device.hear()
         of_ns = state.device.origin_ns + tick.time_ns
         behind = state.device.number < 0 and time.monotonic_ns() - of_ns > self.hold_ms * NS_PER_MS
-        state.latch.put(tick, "loop_late", behind, "the loop begins late: nothing is given until it keeps up")
+        state.latch.put(tick, "loop_late", behind, "the loop starts late: no current until it has caught up")
         if behind:
             return np.zeros((self.channels, 2)), 0.0
         state.latch.put(tick, "keeper_ready", True, state.device.granted)
-        limits, wanted = self.limits, cast(Array, inputs[0].value)
+        limits, commands = self.limits, cast(Array, inputs[0].value)
         pulses = []
-        for channel, (current, width) in enumerate(wanted.tolist()):
+        for channel, (current, width) in enumerate(commands.tolist()):
             given, given_width, cut = given_pulse(limits, current, width, never_more=True)
             pulses.append((given, given_width))
             before, state.cut[channel] = state.cut[channel], cut
@@ -245,17 +245,17 @@ class StimulatorDevice:
         return np.array(pulses), state.device.answer_s
 
     def close(self, state: DeviceInUse) -> None:
-        """Zero current, and the keeper's end; RunError where the device does not confirm it."""
+        """Set zero current and end the keeper; RunError if the device does not confirm."""
         state.device.close()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviceStandIn:
-    """The ports of a stimulator, for rehearsals.
+    """Block with the ports of a stimulator and no device, for rehearsals.
 
     Attributes
     ----------
-    channels: as the device's.
+    channels: number of channels.
     """
 
     guarded: ClassVar[tuple[str, ...]] = ("stimulation",)
@@ -273,8 +273,8 @@ class DeviceStandIn:
         return Port("sent", (self.channels, 2), "A,s"), Port("answer", (), "s")
 
     def init(self, context: Context) -> None:
-        """There is nothing to remember."""
+        """No state."""
 
     def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The command, which goes nowhere."""
+        """Return the command."""
         return inputs[0].value, 0.0

@@ -158,7 +158,7 @@ def test_a_keeper_told_to_end_stops_the_device_first(session):
     with parts.kept(driver, port) as kept:
         parts.command(kept, 0.2)
         kept.keeper.terminate()
-        with pytest.raises(RunError, match="terminated: the keeper was told to end"):
+        with pytest.raises(RunError, match="terminated: the keeper was terminated"):
             parts.command(kept, 1.0)
         assert kept.keeper.wait(2.0) == 0
     assert log.rows()[-1][1] == "stop"

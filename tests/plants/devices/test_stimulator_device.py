@@ -158,7 +158,7 @@ def test_the_cause_comes_with_its_instant(tmp_path):
 
 
 @pytest.mark.parametrize(("parameters", "fault"), [
-    ({"driver": "dri"}, "there is no stimulator driver 'dri'.*did you mean 'dry'"),
+    ({"driver": "dri"}, "no stimulator driver is named 'dri'.*did you mean 'dry'"),
     ({"hold_ms": 5.0}, "hold_ms: 5; allowed: 20 to 1000"),
     ({"hold_ms": -5}, "hold_ms: -5; allowed: 20 to 1000"),
     *(({"hold_ms": float(text)}, f"hold_ms: {text}; allowed: 20 to 1000") for text in ("nan", "inf")),
