@@ -1,7 +1,7 @@
-"""From a script to a smooth path: joint angles and the forearm's pose, twice continuously differentiable.
+"""Smooth path of a script: joint angles and the forearm's pose, twice continuously differentiable.
 
-Columns of a path: the forearm's turn (3, rad, about its flexion, abduction, pronation axes), the hand's
-freedoms (d, rad), the forearm's shift (3, m, east, north, up).
+Columns of a path: the forearm's rotation (3, rad, about its flexion, abduction, pronation axes), the hand's
+freedoms (d, rad), the forearm's translation (3, m, east, north, up).
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from fesloop.hand.skeleton import contact_point
 from plants.moving_hand.script import ArmSway, Contact, Phase, length_s
 
 Array = NDArray[np.float64]
-_HELD_M, _STILL = 5e-4, 1e-5
+_TOLERANCE_M, _CONVERGED = 5e-4, 1e-5
 _LEAST_M = 1e-4
-"""Below this distance points count as touching: the direction between them is no longer defined."""
+"""Distance below which points count as touching, as the direction between them is undefined."""
 _ITERATIONS, _LONGEST_STEP, _TANGENTIAL = 200, 0.3, 0.5
 _AT_REFERENCE = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 class _Pair(NamedTuple):
-    """Segments (2,) and places, in them, (2, 3) of both points; their distance, m."""
+    """Segments and places of both points of a contact, in the segments' frames, and their distance, m."""
 
     segments: tuple[int, int]
     places: tuple[Array, Array]
@@ -39,15 +39,15 @@ class _Pair(NamedTuple):
 
 
 class ContactSolver:
-    """Finds postures of a segment tree in which contacts hold.
+    """Solver for postures of a segment tree in which contacts hold.
 
-    The posture x nearest to the wanted one w with all gaps g(x) = 0 is that to which
-    x <- x - J^+ g + s (I - J^+ J) (w - x) converges, J the gaps' Jacobian, s < 1 for gaps that curve; where
-    it leaves a joint's range, that joint is held at the range's end.
+    The posture x nearest to the preferred posture w with all gaps g(x) = 0 is the limit of
+    x <- x - J^+ g + s (I - J^+ J) (w - x), with the gaps' Jacobian J, and s < 1 for curved gaps; a joint that
+    leaves its range is fixed at the range's end.
 
     Attributes
     ----------
-    freedoms: indices of those of the touching fingers; all others keep their preferred angle.
+    freedoms: indices of the touching fingers' freedoms; all others keep their preferred angle.
     """
 
     def __init__(self, tree: SegmentTree, size: HandSize, contacts: Sequence[Contact]) -> None:
@@ -58,24 +58,24 @@ class ContactSolver:
         self._low, self._high = tree.ranges[self.freedoms].T
 
     def solve(self, preferred: Array, start: Array) -> Array:
-        """Angles (d,), rad, near `preferred` (d,), searched from `start` (d,).
+        """Find angles (d,), rad, near `preferred` (d,), starting from `start` (d,).
 
-        Raises InputError where this hand cannot bring the points to that distance.
+        Raises InputError if this hand cannot bring the points to that distance.
         """
         angles = preferred.copy()
-        wanted = np.clip(preferred[self.freedoms], self._low, self._high)
+        target = np.clip(preferred[self.freedoms], self._low, self._high)
         x = np.clip(start[self.freedoms], self._low, self._high)
         free = np.ones(x.size, dtype=np.bool_)
         for _ in range(_ITERATIONS):
             angles[self.freedoms] = x
             gaps, slopes = self._gaps(angles)
             slopes[:, ~free] = 0.0
-            homewards = np.where(free, wanted - x, 0.0)
-            step = _TANGENTIAL * homewards - np.linalg.lstsq(
-                slopes, gaps + _TANGENTIAL * (slopes @ homewards), rcond=1e-9)[0]
+            back = np.where(free, target - x, 0.0)
+            step = _TANGENTIAL * back - np.linalg.lstsq(
+                slopes, gaps + _TANGENTIAL * (slopes @ back), rcond=1e-9)[0]
             longest = float(np.abs(step).max())
             x = x + step * min(1.0, _LONGEST_STEP / max(longest, 1e-12))
-            if longest < _STILL:
+            if longest < _CONVERGED:
                 beyond = (x < self._low) | (x > self._high)
                 if not beyond.any():
                     break
@@ -83,13 +83,13 @@ class ContactSolver:
                 x = np.clip(x, self._low, self._high)
         worst = float(np.abs(gaps).max())
         outside = float(np.maximum(self._low - x, x - self._high).max())
-        if worst > _HELD_M or outside > 0.01:
-            raise InputError("contacts", f"stay {1e3 * worst:.1f} mm off", "a contact that this hand reaches",
-                             "change posture_deg, distance_mm or the points")
+        if worst > _TOLERANCE_M or outside > 0.01:
+            raise InputError("contacts", f"are missed by {1e3 * worst:.1f} mm", "contacts within this hand's "
+                             "reach", "change posture_deg, distance_mm or the points")
         return angles
 
     def _gaps(self, angles: Array) -> tuple[Array, Array]:
-        """Distance less the wanted one (for a touch all three coordinates), and the Jacobian."""
+        """Errors of the distances (for a touch all three coordinates), and their Jacobian."""
         tree = self._tree
         poses, lines = np.empty((len(tree.segments), 7)), np.empty((angles.size, 6))
         forward(tree.layout, tree.geometry, angles, _AT_REFERENCE, poses)
@@ -120,18 +120,18 @@ def _pair(tree: SegmentTree, size: HandSize, contact: Contact) -> _Pair:
     place, other, distance = contact_point(size, first, a), contact_point(size, second, b), (
         1e-3 * contact.distance_mm)
     if contact.facing:
-        # A point straight out from the skin of the first, which the second has to meet.
+        # The second point must meet a point straight out from the skin of the first.
         return _Pair(segments, (place * (1.0 + distance / float(np.linalg.norm(place))), other), 0.0)
     return _Pair(segments, (place, other), distance)
 
 
 Course = Callable[[Array], Array]
-"""Rows at local times (m,), s from a piece's beginning."""
+"""Rows at local times (m,), s from the start of a piece."""
 ARM = 3
 _KEYFRAME_S = 0.2
-"""Contacts are solved so often; in between the path is a spline through them."""
+"""Interval between solutions of the contacts; in between the path is a spline."""
 _PLAY_PERIOD_S = 3.0
-"""Of the touching fingers' play (chosen: slow against 2 Hz, doi 10.3390/s19010208, section 3.1.3)."""
+"""Period of the touching fingers' play (chosen: slow against 2 Hz, doi 10.3390/s19010208, section 3.1.3)."""
 _FADE_S = 1.0
 
 
@@ -144,7 +144,7 @@ class Piece(NamedTuple):
 
 
 class Span(NamedTuple):
-    """When a phase lasts, s: for contacts without approach and release, one span a contact."""
+    """Name, start and end of a phase, s; with contacts one span per contact, without approach and release."""
 
     name: str
     start: float
@@ -153,13 +153,13 @@ class Span(NamedTuple):
 
 @dataclass(slots=True)
 class MotionPath:
-    """A path as quintic pieces between knots that are evenly spaced in time.
+    """A path of quintic pieces between knots that are evenly spaced in time.
 
     Attributes
     ----------
-    knot_s: distance of the knots.
+    knot_s: interval between knots.
     knots: (knots, 3, columns): values, rates, accelerations.
-    spans: when phases with a name last.
+    spans: spans of the named phases.
     """
 
     knot_s: float
@@ -171,16 +171,16 @@ def motion_path(
     phases: Sequence[Phase], tree: SegmentTree, size: HandSize, rest_deg: Mapping[str, float],
     rng: np.random.Generator, knot_s: float, rest_sd_deg: float = 0.0,
 ) -> MotionPath:
-    """The path of a script. Raises InputError for unknown freedoms and contacts out of reach.
+    """Make the path of a script; InputError for unknown freedoms and contacts out of reach.
 
     Parameters
     ----------
-    tree: the hand that moves, as it is.
-    size: of its fingertips.
-    rest_deg: the posture at t = 0, by freedom; others are 0.
-    rng: where cycles vary and phases of sway and play come from.
-    knot_s: distance of the knots.
-    rest_sd_deg: sd by which every angle of the posture at t = 0 is missed.
+    tree: segments of the moving hand.
+    size: measures of its fingertips.
+    rest_deg: posture at t = 0, by freedom; others are 0.
+    rng: source of variation of cycles, and of the phases of sway and play.
+    knot_s: interval between knots.
+    rest_sd_deg: sd of the error of every angle at t = 0.
     """
     rest = _posture(tree, rest_deg, np.zeros(len(tree.ranges)))
     if rest_sd_deg:
@@ -209,7 +209,7 @@ def _fill(columns: Array, times: Array, pieces: Sequence[Piece]) -> None:
 
 
 def _posture(tree: SegmentTree, degrees: Mapping[str, float], others: Array) -> Array:
-    """Angles (d,), rad: those named, `others` where not."""
+    """Angles (d,), rad, of the named freedoms, and `others` for the rest."""
     angles = others.copy()
     for name, angle in degrees.items():
         angles[tree.freedom(name)] = math.radians(angle)
@@ -217,14 +217,14 @@ def _posture(tree: SegmentTree, degrees: Mapping[str, float], others: Array) -> 
 
 
 def _rise(s: Array) -> Array:
-    """Minimum-jerk rise from 0 to 1 on [0, 1], still outside, (m, 1)."""
+    """Minimum-jerk rise from 0 to 1 on [0, 1], constant outside, (m, 1)."""
     s = np.clip(s, 0.0, 1.0)[:, np.newaxis]
     return np.asarray(s ** 3 * (10.0 + s * (6.0 * s - 15.0)))
 
 
 @dataclass(slots=True)
 class _Writer:
-    """Appends phase after phase; `now` is the posture in which the last one ended."""
+    """Builder of a path, phase by phase; `now` is the posture at the end of the last one."""
 
     tree: SegmentTree
     size: HandSize
@@ -240,7 +240,7 @@ class _Writer:
         self.rest = self.now.copy()
 
     def add(self, phase: Phase) -> None:
-        """One more phase."""
+        """Append a phase."""
         begin = self.time
         if phase.contacts:
             self._touch(phase)
@@ -264,7 +264,7 @@ class _Writer:
         self.now = goal
 
     def _repeat(self, phase: Phase) -> None:
-        """Cycles from the posture of now and back to it; together they last as long as declared."""
+        """Append cycles from the present posture and back, of the declared total duration."""
         far = _posture(self.tree, phase.posture_deg, self.now) - self.now
         shares = np.clip(1.0 + phase.vary * self.rng.standard_normal(phase.cycles), 0.4, 1.6)
         sizes = np.clip(1.0 + phase.vary * self.rng.standard_normal(phase.cycles), 0.4, 1.6)
@@ -278,12 +278,12 @@ class _Writer:
             self._append(duration, _there_and_back(self.now, size * far, duration, stay))
 
     def _touch(self, phase: Phase) -> None:
-        """Take up the contacts, hold them and, with cycles, let go again."""
+        """Approach the contacts, hold them and, with cycles, release them."""
         solver = ContactSolver(self.tree, self.size, phase.contacts)
         away = self.now
         preferred = _posture(self.tree, phase.posture_deg, away)
         for _ in range(max(1, phase.cycles)):
-            course = _held(solver, preferred, phase, self.rng)
+            course = _in_contact(solver, preferred, phase, self.rng)
             self._go(course(np.zeros(1))[0], phase.approach_s)
             self.spans.append(Span(phase.name, self.time, self.time + phase.duration_s))
             self._append(phase.duration_s, course)
@@ -293,7 +293,7 @@ class _Writer:
 
 
 def _there_and_back(start: Array, far: Array, duration: float, stay: float) -> Course:
-    """From `start` by `far` and back on minimum-jerk paths, standing still for `stay` at either end."""
+    """Minimum-jerk movement from `start` by `far` and back, with a pause of `stay` at either end."""
     going = 0.5 * duration - stay
 
     def course(t: Array) -> Array:
@@ -304,7 +304,7 @@ def _there_and_back(start: Array, far: Array, duration: float, stay: float) -> C
 
 
 def _circles(start: Array, far: Array, first: int, duration: float, cycles: int) -> Course:
-    """Around `start` in quadrature, faded in and out over half a cycle."""
+    """Circular movement around `start`, in quadrature, faded in and out over half a cycle."""
     fade = 0.5 * duration / cycles
 
     def course(t: Array) -> Array:
@@ -322,7 +322,8 @@ def _faded(t: Array, duration: float, fade: float) -> Array:
 
 
 def _sines(rng: np.random.Generator, amplitudes: Array, period: float) -> Course:
-    """Two sinusoids a column, the second of half the amplitude and 1.6 times as fast, phases random."""
+    """Sum of two sinusoids per column with random phases; the second has half the amplitude and 1.6 times
+    the frequency."""
     phases = rng.uniform(0.0, 2.0 * math.pi, (2, amplitudes.size))
 
     def course(t: Array) -> Array:
@@ -339,15 +340,15 @@ def _sway(arm: ArmSway, duration: float, rng: np.random.Generator) -> Course:
     return lambda t: _faded(t, duration, _FADE_S) * (centre + moving(t))
 
 
-def _held(solver: ContactSolver, preferred: Array, phase: Phase, rng: np.random.Generator) -> Course:
-    """Postures in which the contacts hold while the preferred posture plays, as a spline of keyframes."""
+def _in_contact(solver: ContactSolver, preferred: Array, phase: Phase, rng: np.random.Generator) -> Course:
+    """Spline of postures in which the contacts hold while the preferred posture varies."""
     count = max(4, 1 + math.ceil(phase.duration_s / _KEYFRAME_S))
     times: Array = np.linspace(0.0, phase.duration_s, count, dtype=np.float64)
     play = np.zeros(preferred.size)
     play[solver.freedoms] = math.radians(phase.play_deg)
-    wanted = preferred + _faded(times, phase.duration_s, _FADE_S) * _sines(rng, play, _PLAY_PERIOD_S)(times)
+    varied = preferred + _faded(times, phase.duration_s, _FADE_S) * _sines(rng, play, _PLAY_PERIOD_S)(times)
     rows, angles = [], preferred
-    for row in wanted:
+    for row in varied:
         angles = solver.solve(row, angles)
         rows.append(angles)
     return CubicSpline(times, np.stack(rows), bc_type="clamped")

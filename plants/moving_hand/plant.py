@@ -32,14 +32,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Deviation:
-    """How a person's hand differs from the textbook's. All zero: it does not.
+    """Deviation of a person's hand from its measures; zeros: none.
 
     Attributes
     ----------
     length: relative sd of each segment's length (a few per cent: doi 10.3390/s19010208, section 5).
-    centre_mm: sd of each finger's first joint's place on the palm, each axis.
-    axis_tilt_deg: least and most angle by which each joint's axes are tilted as a whole against the
-        segments, about a random direction, uniform in between (5 to 10: doi 10.3390/s19010208, section 5).
+    centre_mm: sd of the position of each finger's first joint on the palm, along each axis.
+    axis_tilt_deg: range of the angle by which each joint's axes are tilted as a whole against the segments,
+        uniform, about a random direction (5 to 10: doi 10.3390/s19010208, section 5).
     """
 
     length: float = 0.0
@@ -57,7 +57,7 @@ class Deviation:
 
 
 def person(tree: SegmentTree, deviation: Deviation, rng: np.random.Generator) -> SegmentTree:
-    """The tree of one person: `tree` with lengths, places and axes drawn. The root stays as it is."""
+    """Tree of one person: `tree` with random lengths, places and axes, except of the root."""
     segments = [tree.segments[0]]
     for segment in tree.segments[1:]:
         scale = max(0.5, 1.0 + deviation.length * float(rng.standard_normal()))
@@ -72,7 +72,7 @@ def person(tree: SegmentTree, deviation: Deviation, rng: np.random.Generator) ->
 
 
 def _tilt(limits_deg: tuple[float, float], rng: np.random.Generator) -> Array:
-    """A rotation about a random direction, (4,)."""
+    """Rotation about a random direction, (4,)."""
     direction, share = rng.standard_normal(3), rng.uniform()
     angle = math.radians(limits_deg[0] + share * (limits_deg[1] - limits_deg[0]))
     return quaternion.from_axis_angle(direction / np.linalg.norm(direction), angle)
@@ -94,9 +94,9 @@ _AT_REFERENCE = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 @compiled
 def follow(knots: Array, knot_ns: int, time_ns: int, columns: Array) -> None:
-    """Fill `columns` (3, c): value, rate, acceleration at an instant of quintic pieces between knots.
+    """Fill `columns` (3, c) with value, rate, acceleration of quintic pieces at an instant.
 
-    `knots` (k, 3, c) hold the same at the knots, per second. After the last one the path stands still.
+    `knots` (k, 3, c) are the same at the knots, in s. After the last one the path is constant.
     """
     last = knots.shape[0] - 1
     k = min(time_ns // knot_ns, last)
@@ -125,16 +125,17 @@ def observe_rows(
     places: Array, tips: Numbers, times_ns: Numbers, postures: Array, fingertips: Array, orientations: Array,
     positions: Array, samples: Array,
 ) -> None:
-    """Fill rows for each of `times_ns` (t,).
+    """Fill the outputs at each of `times_ns` (t,).
 
     Parameters
     ----------
-    layout, geometry: of the tree whose segments 0 and 1 are room and forearm, joined by a ball.
-    room: (4,), orientation of the room's frame, in which the forearm's turn is 0, to the global one.
-    segments, places: (m,) and (m, 3), of the sites. tips: (f,), segments of the fingertips.
+    layout, geometry: tree whose segments 0 and 1 are room and forearm, joined by a ball.
+    room: (4,), orientation of the room's frame, in which the forearm's rotation is 0, to the global one.
+    segments, places: (m,) and (m, 3), segments and places of the sites. tips: (f,), segments of the
+        fingertips.
     postures: (t, 3, d), angles, rates, accelerations of the hand's freedoms.
     fingertips: (t, f, 3), m, in the forearm's frame.
-    orientations, positions: (t, m, 4) and (t, m, 3), m, of the sites, to and in the global frame.
+    orientations, positions: (t, m, 4) and (t, m, 3), m, poses of the sites to and in the global frame.
     samples: (t, 2, m, 3), angular velocity and specific force in the segments' frames.
     """
     count, wide = layout.shape[0], knots.shape[2]
@@ -179,16 +180,18 @@ def _place_sites(
 
 _LEFT_PALM_DOWN = (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0)
 _RIGHT_PALM_DOWN = (0.0, math.sqrt(0.5), 0.0, -math.sqrt(0.5))
-"""Forearm to global, palm down, fingers to the north: x up and y north, or x down and y south."""
+"""Orientation from forearm to global frame, palm down, fingers to the north: x up and y north, or x down and
+y south."""
 
 
 class Wearer(NamedTuple):
-    """The hand of this run.
+    """The hand of a run.
 
     Attributes
     ----------
-    tree: its segments behind a room, to which the forearm is joined by a ball.
-    segments, places: (17,) and (17, 3), of the sites. tips: (5,), segments of the fingertips.
+    tree: its segments after a room, to which the forearm is joined by a ball.
+    segments, places: (17,) and (17, 3), segments and places of the sites. tips: (5,), segments of the
+        fingertips.
     """
 
     tree: SegmentTree
@@ -199,12 +202,12 @@ class Wearer(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class MovingHandState:
-    """Where the hand is on its path.
+    """State of the moving hand.
 
     Attributes
     ----------
-    wearer: whose hand it is. path: of this trial; neither is ever written to.
-    time_ns: now.
+    wearer: the hand. path: path of this trial. Neither is written to.
+    time_ns: instant of the state.
     """
 
     wearer: Wearer
@@ -214,10 +217,10 @@ class MovingHandState:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MovingHand:
-    """A hand that moves as a script says, whatever forces that takes: exact at any instant.
+    """A hand that moves exactly along a script, whatever the forces; exact at any instant.
 
-    It is one person's: `deviation` draws lengths and joint axes for a run, the same in its every trial;
-    what varies in the script is drawn for each trial. Trackers are told `hand`.
+    The hand is one person's: `deviation` makes lengths and joint axes random by run, the same in every trial;
+    variation in the script is random by trial. Trackers get the measures `hand`.
 
     Outputs: `angles`, `rates`, `accelerations` (23,), rad and s, in the order of the hand's freedoms
     (`fesloop.hand.skeleton`; a person's are about their own tilted axes); `fingertips` (5, 3), m, bone ends
@@ -227,15 +230,15 @@ class MovingHand:
 
     Attributes
     ----------
-    hand: the hand as it is measured.
-    deviation: how this person differs from it.
+    hand: measures of the hand.
+    deviation: deviation of this person from them.
     script: name of a script (`plants.moving_hand.scripts`), or empty.
-    phases: a script of one's own; afterwards the hand stands still.
-    rest_deg: posture at the start of it, by freedom; others are 0.
-    rest_sd_deg: sd by which this person misses each angle of it, anew in each trial.
-    forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU) without
+    phases: a script of one's own; after it the hand does not move.
+    rest_deg: posture at its start, by freedom; others are 0.
+    rest_sd_deg: sd of the error of each angle at the start, random by trial.
+    forearm_orientation: (w, x, y, z), from the wrist coordinate system to the global frame (ENU) without
         sway; empty: palm down, fingers to the north.
-    knot_ms: the path is a quintic spline with knots at this distance.
+    knot_ms: interval between knots of the path, a quintic spline.
     """
 
     hand: HandSize = field(default_factory=HandSize)
@@ -249,10 +252,10 @@ class MovingHand:
 
     def __post_init__(self) -> None:
         if bool(self.script) == bool(self.phases):
-            found = f"{len(self.phases)} beside script {self.script!r}" if self.script else "none"
+            found = f"{len(self.phases)} and script {self.script!r}" if self.script else "none"
             raise InputError("phases", found, "phases, or the name of a script")
         if self.script and self.rest_deg:
-            raise InputError("rest_deg", "given beside a script", "none: the script has its own")
+            raise InputError("rest_deg", "is given with a script", "none: the script has its own")
         if not 1.0 <= self.knot_ms <= 1000.0:
             raise InputError("knot_ms", f"{self.knot_ms}", "1 to 1000 ms")
         if not 0.0 <= self.rest_sd_deg <= 30.0:
@@ -260,25 +263,25 @@ class MovingHand:
         q = self.forearm_orientation
         if q and (len(q) != 4 or abs(math.hypot(*q) - 1.0) > 1e-6):
             raise InputError("forearm_orientation", f"{q}", "a quaternion (w, x, y, z) of length 1, or empty")
-        tree, told = hand_tree(self.hand), self._told()
-        for name in (*told.rest_deg, *(name for phase in told.phases for name in phase.posture_deg)):
+        tree, chosen = hand_tree(self.hand), self._chosen_script()
+        for name in (*chosen.rest_deg, *(name for phase in chosen.phases for name in phase.posture_deg)):
             tree.freedom(name)
         if self.length_s > 24 * 3600.0:
             raise InputError("phases", f"last {self.length_s:g} s", "a day at most")
 
     @property
     def length_s(self) -> float:
-        """How long the script lasts, s."""
-        return length_s(self._told().phases)
+        """Duration of the script, s."""
+        return length_s(self._chosen_script().phases)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """None: nothing moves it but its script."""
+        """None: only the script moves the hand."""
         return ()
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Posture, fingertips, and what the sites go through."""
+        """Posture, fingertips, and kinematics of the sites."""
         return (Port("angles", (23,), "rad"), Port("rates", (23,), "rad/s"),
                 Port("accelerations", (23,), "rad/s^2"), Port("fingertips", (5, 3), "m"),
                 Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0)),
@@ -296,9 +299,9 @@ class MovingHand:
         return False
 
     def wearer(self, seed: int, name: str) -> Wearer:
-        """The person of a run, drawn from its seed and this node's name."""
+        """The hand of a run, random by its seed and the node's name."""
         nominal = hand_tree(self.hand)
-        rng = _drawn_from(stream_key(seed, f"{name}/person", 0))
+        rng = _generator(stream_key(seed, f"{name}/person", 0))
         own = person(nominal, self.deviation, rng)
         forearm = Segment(name="forearm", parent="room", joint="ball", joint_name="arm")
         tree = SegmentTree((Segment(name="room"), forearm, *own.segments[1:]))
@@ -306,28 +309,28 @@ class MovingHand:
         return Wearer(tree, np.arange(1, 18), dorsal_points(self.hand), np.array(tips))
 
     def path(self, seed: int, name: str, trial: int = 0) -> MotionPath:
-        """The path of a trial. Raises InputError for contacts that this person does not reach."""
+        """Path of a trial; InputError for contacts out of this person's reach."""
         own = SegmentTree((Segment(name="forearm"), *self.wearer(seed, name).tree.segments[2:]))
-        rng = _drawn_from(stream_key(seed, f"{name}/path", trial))
-        told = self._told()
-        return motion_path(told.phases, own, self.hand, told.rest_deg, rng, 1e-3 * self.knot_ms,
+        rng = _generator(stream_key(seed, f"{name}/path", trial))
+        chosen = self._chosen_script()
+        return motion_path(chosen.phases, own, self.hand, chosen.rest_deg, rng, 1e-3 * self.knot_ms,
                            self.rest_sd_deg)
 
     def init(self, context: Context) -> MovingHandState:
-        """At the beginning of the script."""
+        """State at the start of the script."""
         return MovingHandState(self.wearer(context.seed, context.name),
                                self.path(context.seed, context.name, context.trial))
 
     def next_trial(self, state: MovingHandState, context: Context) -> MovingHandState:
-        """The same person at the beginning of another trial."""
+        """State of the same person at the start of another trial."""
         return MovingHandState(state.wearer, self.path(context.seed, context.name, context.trial))
 
     def advance(self, state: MovingHandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
-        """To `stop_ns`."""
+        """Set the instant."""
         state.time_ns = stop_ns
 
     def read(self, state: MovingHandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
-        """All outputs now."""
+        """All outputs at this instant."""
         return tuple(rows[0] for rows in self.observe(state, inputs, state.time_ns, (state.time_ns,)))
 
     def observe(
@@ -346,7 +349,7 @@ class MovingHand:
         return (postures[:, 0], postures[:, 1], postures[:, 2], fingertips, orientations, positions,
                 samples[:, 0], samples[:, 1])
 
-    def _told(self) -> MotionScript:
+    def _chosen_script(self) -> MotionScript:
         if self.script:
             return script(self.script)
         return MotionScript(phases=self.phases, rest_deg=self.rest_deg)
@@ -356,5 +359,5 @@ class MovingHand:
         return np.array(self.forearm_orientation or usual)
 
 
-def _drawn_from(key: int) -> np.random.Generator:
+def _generator(key: int) -> np.random.Generator:
     return np.random.Generator(np.random.Philox(key=key))

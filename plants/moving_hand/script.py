@@ -1,4 +1,4 @@
-"""Scripts of hand movements: what is held, moved to, repeated and pinched, one phase after the other."""
+"""Elements of scripts of hand movements: phases, contacts and movement of the forearm."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Three = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contact:
-    """Two points of fingertips that stay at a distance while a phase lasts.
+    """Two points of fingertips at a constant distance during a phase.
 
     Attributes
     ----------
-    first, second: such as "F1 bottom": a finger and one of `fesloop.hand.skeleton.CONTACTS`.
-    distance_mm: between them.
+    first, second: a finger and one of `fesloop.hand.skeleton.CONTACTS`, such as "F1 bottom".
+    distance_mm: distance between them.
     facing: whether the second lies straight out from the skin at the first, as with an object in between;
-        else in any direction.
+        otherwise its direction is free.
     """
 
     first: str
@@ -42,20 +42,20 @@ class Contact:
         _require(self, 0.0, "distance_mm")
         if self.facing and self.first.endswith(" tip"):
             raise InputError("first", f"{self.first!r} is inside the finger", "a point on the skin",
-                             "a contact that faces another needs one")
+                             "choose one: `facing` needs a normal of the skin")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmSway:
-    """How the forearm moves through space in a phase: sinusoids with random phases, faded in and out.
+    """Movement of the forearm in a phase: sinusoids with random phases, faded in and out.
 
     Attributes
     ----------
     turn_deg: amplitudes about the forearm's flexion, abduction and pronation axes.
     shift_m: amplitudes along east, north and up.
-    offset_m: where it moves about, east, north and up of where the script began.
-    period_s: of the slowest component; a second one of half the amplitude runs 1.6 times as fast (chosen,
-        so that the movement does not repeat itself).
+    offset_m: centre of the movement, east, north and up of its position at the start of the script.
+    period_s: period of the slowest component; a second one has half the amplitude and 1.6 times the
+        frequency (chosen, so that the movement does not repeat itself).
     """
 
     turn_deg: Three = (0.0, 0.0, 0.0)
@@ -74,32 +74,32 @@ class ArmSway:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Phase:
-    """One piece of a script. It begins with the posture in which the one before ended.
+    """One phase of a script; it starts in the posture at the end of the phase before.
 
-    Without cycles and contacts the hand goes to `posture_deg` on minimum-jerk paths (Flash and Hogan 1985,
-    doi 10.1523/JNEUROSCI.05-07-01688.1985) that take `duration_s`, or holds still where nothing is named.
+    Without cycles and contacts the hand moves to `posture_deg` in `duration_s` on minimum-jerk paths (Flash
+    and Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985), or keeps still if no freedom is named.
 
-    With cycles it goes there and back again as often; each cycle takes `duration_s`, `stay_s` of it at
-    either end. A `circle` has its first named freedom a quarter of a cycle ahead of the others.
+    With cycles it moves there and back as often; each cycle takes `duration_s`, with a pause of `stay_s` at
+    either end. In a `circle` the first named freedom is a quarter of a cycle ahead of the others.
 
-    With contacts it first takes up the contact, in `approach_s`, holds it for `duration_s`, and with cycles
-    opens and closes again as often. The posture is that nearest to the preferred one, `posture_deg` and
-    `play_deg`, in which the contacts hold.
+    With contacts it first approaches the contacts in `approach_s`, holds them for `duration_s`, and with
+    cycles opens and closes as often. The posture is the one nearest to the preferred posture, `posture_deg`
+    varied by `play_deg`, in which the contacts hold.
 
     Attributes
     ----------
-    name: by which metrics find the phase.
-    duration_s: of the phase, or of one cycle.
-    posture_deg: by freedom (`fesloop.hand.segments.SegmentTree.freedoms`).
-    to_rest: freedoms that are not named go back to the hand's rest.
-    cycles: how often; 0 for once and no way back.
-    stay_s: standing still at either end of a cycle.
-    circle: freedoms in quadrature in place of there and back.
-    vary: relative sd by which amplitude and duration of each cycle differ.
-    contacts: what stays at a distance.
-    approach_s: to and from contacts.
-    play_deg: amplitude by which the preferred posture of the touching fingers moves meanwhile.
-    arm: how the forearm moves; None: it stands still.
+    name: name for metrics.
+    duration_s: duration of the phase, or of one cycle.
+    posture_deg: target angles by freedom (`fesloop.hand.segments.SegmentTree.freedoms`).
+    to_rest: whether freedoms that are not named return to the hand's rest.
+    cycles: number of cycles; 0: a single movement without return.
+    stay_s: pause at either end of a cycle.
+    circle: whether freedoms move in quadrature instead of there and back.
+    vary: relative sd of the amplitude and duration of each cycle.
+    contacts: contacts that hold.
+    approach_s: duration of approach and release.
+    play_deg: amplitude of variation of the touching fingers' preferred posture.
+    arm: movement of the forearm; None: none.
     """
 
     name: str = ""
@@ -134,7 +134,7 @@ class Phase:
 
     @property
     def length_s(self) -> float:
-        """How long it lasts."""
+        """Duration with all cycles, approaches and releases, s."""
         if self.contacts:
             return max(1, self.cycles) * (self.duration_s + self.approach_s) + (
                 self.cycles * self.approach_s)
@@ -142,7 +142,7 @@ class Phase:
 
 
 def length_s(phases: Sequence[Phase]) -> float:
-    """How long a script lasts, s."""
+    """Duration of a script, s."""
     return sum(phase.length_s for phase in phases)
 
 

@@ -1,8 +1,8 @@
-"""Scripts by name: the movements of both papers' experiments, and of an hour of use.
+"""Named scripts: movements of the experiments of two papers, and of an hour of use.
 
 K14 is Kortier et al. 2014 (doi 10.1186/1743-0003-11-70), S19 Salchow-Hoemmen et al. 2019 (doi
-10.3390/s19010208). What a paper states, such as repetitions, durations and distances, is its; amplitudes
-and how the arm moves are chosen, within the rates that it states.
+10.3390/s19010208). Repetitions, durations and distances are as stated there; amplitudes and movements of the
+arm are chosen, within the stated rates.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _FINGERS = ("F2", "F3", "F4", "F5")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionScript:
-    """Phases, and the posture that they begin with (deg, by freedom)."""
+    """Phases, and the posture at their start (deg, by freedom)."""
 
     phases: tuple[Phase, ...]
     rest_deg: Posture
@@ -35,7 +35,7 @@ _OPPOSED_CMC: Posture = {name: angle for name, angle in _OPPOSED.items() if "cmc
 _PINCH: Posture = {**_OPPOSED, "F2_mcp_flexion": 50.0, "F2_pip_flexion": 40.0, "F2_dip_flexion": 20.0}
 _ANYWHERE = ArmSway(turn_deg=(40.0, 15.0, 50.0), shift_m=(0.15, 0.10, 0.15), offset_m=(0.0, 0.1, 0.3),
                     period_s=5.0)
-"""S19, section 3.2.2: translation and rotation into all directions, off the table on which the pose was."""
+"""S19, section 3.2.2: translation and rotation in all directions, away from the table of the initial pose."""
 
 
 def _finger(name: str, mcp: float, pip: float, dip: float, abduction: float = 0.0) -> Posture:
@@ -82,7 +82,7 @@ _BLOCK = (Contact(first="F1 bottom", second="F2 bottom", distance_mm=53.0),
           Contact(first="F2 bottom", second="F3 bottom", distance_mm=25.0))
 _SPACER = Contact(first="F1 bottom", second="F2 bottom", distance_mm=30.0, facing=True)
 _SIDE_SPACER = Contact(first="F2 left", second="F3 right", distance_mm=30.0, facing=True)
-"""Of a left hand, as S19's: there F2's left side faces F3."""
+"""Contact of a left hand, as in S19: F2's left side faces F3."""
 _GRASP: Posture = {**_PINCH, **_finger("F3", 50.0, 40.0, 20.0)}
 _CALIBRATION = (
     Phase(name="flat", duration_s=4.0),
@@ -93,7 +93,7 @@ whose sensors need an axis like the others."""
 
 
 def _from_flat(*phases: Phase) -> Callable[[], MotionScript]:
-    """K14: calibrated, flat on the table, the movement, flat on the table."""
+    """K14: calibration, flat on the table, the movement, flat on the table."""
     return lambda: MotionScript(rest_deg=_FLAT, phases=(
         *_CALIBRATION, Phase(name="start", duration_s=2.0), *phases,
         Phase(name="end", duration_s=1.0, to_rest=True), Phase(duration_s=1.0)))
@@ -106,7 +106,7 @@ _KORTIER: dict[str, Callable[[], MotionScript]] = {
     "kortier_circles": _from_flat(Phase(
         name="task", duration_s=1.0, cycles=5, circle=True,
         posture_deg={"F2_mcp_flexion": 20.0, "F2_mcp_abduction": 18.0})),
-    # "Avoid rotations of this joint as much as possible": the thumb's CMC joint stands opposed throughout.
+    # "Avoid rotations of this joint as much as possible": the thumb's CMC joint stays opposed throughout.
     "kortier_pinch": _from_flat(Phase(duration_s=1.5, posture_deg=_OPPOSED_CMC), Phase(
         name="task", duration_s=1.0, approach_s=0.75, cycles=10, contacts=(_TIPS,), posture_deg=_PINCH,
         arm=ArmSway(turn_deg=(25.0, 10.0, 30.0), shift_m=(0.08, 0.05, 0.08)))),
@@ -138,7 +138,7 @@ _REACH = ArmSway(turn_deg=(30.0, 10.0, 35.0), shift_m=(0.12, 0.08, 0.10), period
 
 
 def _active_minute() -> tuple[Phase, ...]:
-    """Grasps, finger by finger, pinches, and 20 s of rest: a minute of use."""
+    """A minute of use: grasps, single fingers, pinches, and 20 s of rest."""
     one = tuple(Phase(duration_s=1.5, cycles=2, vary=0.1, posture_deg=_finger(name, 50.0, 60.0, 35.0, side))
                 for name, side in zip(_FINGERS, (-10.0, 5.0, 8.0, 12.0), strict=True))
     return (Phase(duration_s=2.5, cycles=6, vary=0.1, posture_deg={**_fist(55.0, 70.0, 40.0), **_OPPOSED},
@@ -147,7 +147,7 @@ def _active_minute() -> tuple[Phase, ...]:
 
 
 def _hour() -> MotionScript:
-    """35 active minutes, 10 still ones, 15 active ones; the initial pose is part of the first rest."""
+    """An hour of use: 35 active minutes, 10 at rest, 15 active; the initial pose is in the first rest."""
     active = _active_minute()
     return MotionScript(rest_deg=_MOULD_REST, phases=(
         Phase(name="pose", duration_s=5.0), Phase(duration_s=15.0), *active[:-1],
@@ -160,8 +160,8 @@ SCRIPTS: dict[str, Callable[[], MotionScript]] = {**_SALCHOW, **_KORTIER, "hour"
 
 
 def script(name: str) -> MotionScript:
-    """A script by its name. Raises InputError for an unknown one."""
+    """Make a script by name; InputError for an unknown one."""
     if name not in SCRIPTS:
-        raise InputError("script", f"there is no script {name!r}", ", ".join(SCRIPTS),
+        raise InputError("script", f"no script is named {name!r}", ", ".join(SCRIPTS),
                          did_you_mean(name, SCRIPTS))
     return SCRIPTS[name]()

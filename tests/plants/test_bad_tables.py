@@ -7,11 +7,11 @@ from fesloop.apps.cli import main
 HAND = 'blocks.hand={kind="moving_hand", %s}'
 PHASE = HAND % "phases=[{%s}]"
 MISTAKES = {
-    "motion=P7": "there is no script 'P7'",
+    "motion=P7": "no script is named 'P7'",
     "blocks.hand.deviation={lenght=0.03}": "did you mean 'length'?",
     "blocks.hand.deviation={length=3.0}": "0 to 0.2, a relative sd",
     "blocks.hand.deviation={axis_tilt_deg=[10.0, 5.0]}": "least <= most",
-    "blocks.hand.rest_deg={F2_pip_flexion=10.0}": "beside a script",
+    "blocks.hand.rest_deg={F2_pip_flexion=10.0}": "is given with a script",
     "blocks.hand.forearm_orientation=[2.0, 0.0, 0.0, 0.0]": "of length 1",
     'blocks.hand={kind="moving_hand"}': "phases, or the name of a script",
     PHASE % "duration_s=-1.0": "phases[0].duration_s",
