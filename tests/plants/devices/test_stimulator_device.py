@@ -182,7 +182,7 @@ def test_check_states_the_time_to_zero_current():
     assert status == "not_ready"
     assert missing.startswith("port: there is no /dev/x; ")
     assert told == ("commands go to `science_mode` at /dev/x; zero current at most 250 ms after the last "
-                    "fresh command, 1250 ms where keeper or line are cut off")
+                    "fresh command, 1250 ms without keeper or line")
 
 
 def test_the_stand_in_has_the_same_ports_and_touches_nothing():
@@ -279,5 +279,5 @@ def test_a_loop_that_begins_late_gives_nothing_until_it_has_caught_up(tmp_path):
 
 
 def test_a_safety_block_that_counts_other_pulses_than_the_device_gives_is_refused():
-    with pytest.raises(InputError, match=r"device\.frequency_hz: 25, and the safety block counts 40 pulses"):
+    with pytest.raises(InputError, match=r"device\.frequency_hz: 25, but the safety block counts 40 pulses"):
         fesloop.load(NAME, ["blocks.device.frequency_hz=25"])
