@@ -1,4 +1,4 @@
-"""Electrode arrays on a forearm: from pulses of their elements to recruited muscles."""
+"""Electrode arrays on a forearm: from pulses of their elements to recruitment of muscles."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Electrode arrays on a forearm that is a cylinder: where their elements sit and how large they are.
+"""Electrode arrays on a cylindrical forearm, and the axons of its muscles around their motor points.
 
 A place on the skin is an angle around the forearm, from the dorsal mid-line towards the radial side, so that
 it means the same on both arms, and a distance along it from the elbow.
@@ -23,16 +23,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElectrodeArray:
-    """A grid of equal elements, or elements at positions of their own.
+    """A grid of equal elements, or elements at given positions.
 
     Elements are numbered along the forearm first: element r * columns + c of an array is in row r, counted
     towards the radial side, and column c, counted from the elbow.
 
     Attributes
     ----------
-    rows, columns: around the forearm and along it.
-    pitch_mm: from row to row and from column to column, on the skin.
-    centre_deg, centre_mm: of the grid, around and along.
+    rows, columns: numbers of rows around the forearm and columns along it.
+    pitch_mm: distance from row to row and from column to column, on the skin.
+    centre_deg, centre_mm: centre of the grid, around and along.
     pad_mm: size of an element, the radius of a round one (chosen: calibrated with the field of `electrodes`).
     positions: (deg, mm) of each element around and along, in place of the grid.
     """
@@ -54,7 +54,7 @@ class ElectrodeArray:
             require_shape("array", self, (len(self.positions), 2), "deg, mm of each element", "positions")
         if bool(self.positions) == bool(self.rows * self.columns):
             found = f"{self.rows} rows, {self.columns} columns and {len(self.positions)} positions"
-            raise InputError("array", found, "rows and columns, or positions in their place")
+            raise InputError("array", found, "either rows and columns, or positions")
         if self.elements > MOST_ELEMENTS:
             raise InputError("array", f"{self.elements} elements", f"at most {MOST_ELEMENTS}")
 
@@ -64,7 +64,7 @@ class ElectrodeArray:
         return len(self.positions) or self.rows * self.columns
 
     def places(self, radius_mm: float) -> Array:
-        """Of each element: around the forearm, along it, size, mm, (elements, 3)."""
+        """Elements (elements, 3): place around the forearm, along it, and size, mm."""
         per_deg = np.pi / 180.0 * radius_mm
         if self.positions:
             around, along = np.array(self.positions, dtype=np.float64).T * np.array([[per_deg], [1.0]])
@@ -75,26 +75,30 @@ class ElectrodeArray:
         return np.stack([around, along, np.full(self.elements, self.pad_mm)], axis=-1)
 
 
-# S19's group used 59 elements in two arrays (doi 10.3390/s19010208); how they are divided and where they lie
-# is chosen, the latter such that the overlap of neighbouring muscles is that of the literature.
+# S19's group used 59 elements in two arrays (doi 10.3390/s19010208). Their division and positions are chosen,
+# the latter so that the overlap of neighbouring muscles is that of the literature.
 DORSAL = ElectrodeArray(rows=5, columns=7)
 VOLAR = ElectrodeArray(rows=4, columns=6, centre_deg=175.0)
 
 
+AROUND, ALONG, DEPTH, THRESHOLD, TURN = range(5)
+"""Columns of axons: around the forearm, along it, depth, mm, threshold, mA, and movement around, mm, per rad
+of forearm rotation. Places of elements have the first two, and SIZE."""
+SIZE = 2
 MOST_AXONS = 50_000
-"""Of a muscle (chosen: the field of 59 elements at those of all muscles then takes .6 GB)."""
+"""Most axons of a muscle (chosen: the field of 59 elements at those of all muscles then takes .6 GB)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorPoint:
-    """Where the nerve enters a muscle.
+    """Point at which the nerve enters a muscle.
 
     Attributes
     ----------
-    muscle: one of the forearm's (`fesloop.hand.movements.EXTRINSIC`).
-    around_deg: from the dorsal mid-line towards the radial side, in neutral forearm rotation.
-    along_mm: from the elbow.
-    depth_mm: under the skin.
+    muscle: a muscle of the forearm (`fesloop.hand.movements.EXTRINSIC`).
+    around_deg: angle from the dorsal mid-line towards the radial side, in neutral forearm rotation.
+    along_mm: distance from the elbow.
+    depth_mm: depth under the skin.
     """
 
     muscle: str
@@ -105,7 +109,7 @@ class MotorPoint:
     def __post_init__(self) -> None:
         where = f"motor_point {self.muscle}"
         if muscle(self.muscle) >= len(EXTRINSIC):
-            raise InputError(where, "a muscle inside the hand, out of reach of arrays on the forearm",
+            raise InputError(where, "is a muscle of the hand, out of reach of arrays on the forearm",
                              ", ".join(EXTRINSIC))
         require_shape(where, self, (), "a number", "around_deg")
         require_positive(where, self, "along_mm", "depth_mm")
@@ -124,20 +128,20 @@ _PLACES = {
     "FDP4": (-152.0, 105.0, 16.0), "FDP5": (-142.0, 105.0, 15.0), "FPL": (152.0, 145.0, 17.0)}
 MOTOR_POINTS = tuple(MotorPoint(muscle=name, around_deg=around, along_mm=along, depth_mm=depth)
                      for name, (around, along, depth) in _PLACES.items())
-"""Of every muscle of the forearm (chosen)."""
+"""Motor points of all muscles of the forearm (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxonScatter:
-    """How a muscle's axons lie around its motor point, and what it takes to excite them.
+    """Distribution of a muscle's axons around its motor point, and of their thresholds.
 
     Attributes
     ----------
-    count: axons of a muscle, each of which stands for an equal share of its force.
-    around_mm, along_mm, depth_mm: standard deviations from the motor point (depth chosen here; none comes
+    count: axons of a muscle, each with an equal share of its force.
+    around_mm, along_mm, depth_mm: standard deviations from the motor point (depth chosen here; no axon is
         nearer to the skin than `least_depth_mm`).
-    threshold_ma: median of the effective currents that excite an axon where the field is 1, mA.
-    spread: standard deviation of their logarithm.
+    threshold_ma: median effective current that excites an axon in a field of 1, mA.
+    spread: standard deviation of its logarithm.
     """
 
     count: int = 64
@@ -155,19 +159,19 @@ class AxonScatter:
         require_not_negative("axons", self, "around_mm", "along_mm", "depth_mm", "spread")
 
     def draw(self, points: Sequence[MotorPoint], radius_mm: float, seed: int, name: str) -> Array:
-        """Axons of each point's muscle, (points, count, 4): around the forearm, along it, depth, threshold.
+        """Random axons of each point's muscle, (points, count, 4): around, along, depth, mm, threshold, mA.
 
-        In mm and mA. They belong to the person: a function of the run's seed, the block's name and the
-        muscle alone, the same in every trial and whatever other muscles there are.
-        More axons leave the first ones as they are.
+        They depend on the seed, the block's name and the muscle alone, and are the same in every trial. A
+        greater `count` keeps the first axons.
         """
         spread = np.array([self.around_mm, self.along_mm, self.depth_mm, self.spread])
         axons = np.empty((len(points), self.count, 4))
         for point, rows in zip(points, axons, strict=True):
             stream = NoiseStream(stream_key(seed, f"{name}/axons/{point.muscle}", 0), 4)
-            drawn = spread * np.stack([stream.row(axon) for axon in range(self.count)])
-            rows[:, 0] = math.radians(point.around_deg) * radius_mm + drawn[:, 0]
-            rows[:, 1] = point.along_mm + drawn[:, 1]
-            rows[:, 2] = np.maximum(point.depth_mm + drawn[:, 2], self.least_depth_mm)
-            rows[:, 3] = self.threshold_ma * np.exp(drawn[:, 3])
+            around, along, depth, threshold = (
+                spread * np.stack([stream.row(axon) for axon in range(self.count)])).T
+            rows[:, AROUND] = math.radians(point.around_deg) * radius_mm + around
+            rows[:, ALONG] = point.along_mm + along
+            rows[:, DEPTH] = np.maximum(point.depth_mm + depth, self.least_depth_mm)
+            rows[:, THRESHOLD] = self.threshold_ma * np.exp(threshold)
         return axons

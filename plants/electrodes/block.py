@@ -1,4 +1,4 @@
-"""`electrodes`: arrays on a forearm, from the currents of their elements to recruited muscles."""
+"""`electrodes`: arrays on a forearm, from pulses of their elements to recruitment of muscles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,16 @@ from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import Port, Sample, Value
 from plants.checks import require_not_negative, require_positive, require_shape
-from plants.electrodes.arrays import DORSAL, MOTOR_POINTS, VOLAR, AxonScatter, ElectrodeArray, MotorPoint
+from plants.electrodes.arrays import (
+    ALONG,
+    DORSAL,
+    MOTOR_POINTS,
+    THRESHOLD,
+    VOLAR,
+    AxonScatter,
+    ElectrodeArray,
+    MotorPoint,
+)
 from plants.electrodes.state import ElectrodesState, Forearm, find_active
 
 Array = NDArray[np.float64]
@@ -26,47 +35,48 @@ _AXONS = AxonScatter()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Electrodes:
-    """Two arrays on a forearm, and the axons under them that their currents excite.
+    """Arrays on a forearm, and the axons under them that their currents excite.
 
-    The forearm is a cylinder. Around each muscle's motor point lie axons; one fires when the effective
-    currents I / (1 + chronaxie / pulse width) of all elements that are active at once, each times its field
-    at the axon, add up to the axon's threshold. What fires counts until the next pulse of its train is due,
-    so that pulses of interleaved channels recruit each for itself, and a muscle by the union of them. To see
-    them all the block steps as often as the stimulator has slots (8 channels at 40 Hz: 320 Hz).
+    The forearm is a cylinder. Axons lie around each muscle's motor point. An axon fires when the effective
+    currents I / (1 + chronaxie / pulse width) of all simultaneously active elements, each times its field at
+    the axon, add up to the axon's threshold. A pulse counts until the next pulse of its train is due, so that
+    pulses of interleaved channels recruit independently, and a muscle by their union. To process all pulses
+    the block must step as often as the stimulator has slots (8 channels at 40 Hz: 320 Hz).
 
-    The numbers of the model are calibrated choices; none is published.
+    The parameters of the model are calibrated choices; none is published.
 
     Inputs: `elements` (elements, 3): current, A, pulse width, s, and stimulation frequency, Hz, of the pulse
-    of every element, 0 where it has none: the elements of one message are active at once; optional `posture`,
-    pronation of the forearm from neutral, rad, in place of `pronation_deg`; optional `skin` (elements,),
-    factors on `skin_gain`; optional `shift` (2,), m, by which the arrays slip on the skin: around the forearm
-    towards the radial side, and along it towards the wrist. Outputs, of the muscles in the order of
-    `fesloop.hand.movements`: `recruitment` (29,), share of the axons, 0 to 1, 0 for muscles in the hand;
+    of every element, 0 without a pulse; the elements of one message are active simultaneously. Optional:
+    `posture`, pronation of the forearm from neutral, rad, in place of `pronation_deg`; `skin` (elements,),
+    factors on `skin_gain`; `shift` (2,), m, displacement of the arrays on the skin, around the forearm
+    towards the radial side, and along it towards the wrist. Outputs, for the muscles in the order of
+    `fesloop.hand.movements`: `recruitment` (29,), fraction of the axons, 0 to 1, 0 for muscles of the hand;
     `frequency` (29,), Hz, mean rate of the recruited axons.
 
     Statuses: `bad_input` for a pulse that is negative, not finite or without a frequency (no pulse of its
     message is given), `bad_skin` for factors that are negative or not finite, `bad_posture`, and `bad_shift`
-    beyond the forearm's ends (the last good ones hold), `pulses_missed` where pulses come more often than the
-    block ticks.
+    beyond the forearm's ends (the last good values hold), `pulses_missed` if pulses come more often than
+    ticks.
 
     Attributes
     ----------
-    arrays: their elements are numbered through, in this order; what stimulates them must know as many
-        (`elements` of `stimulator`).
-    motor_points: of the muscles that can be reached, one each.
-    axons: around every motor point.
-    axon_seed: whose they are, in place of the run's seed.
+    arrays: electrode arrays; their elements are numbered in this order, and `elements` of `stimulator` must
+        be their total.
+    motor_points: motor points of the muscles within reach, one each.
+    axons: distribution of axons around every motor point.
+    axon_seed: seed of the person's axons, in place of the run's seed.
     threshold: factors on the thresholds of the muscles' axons, in the order of `MUSCLES`; empty: 1.
-    radius_mm, length_mm: of the forearm (chosen, the length: an adult's from elbow to wrist).
+    radius_mm, length_mm: measures of the forearm (chosen; length: an adult's from elbow to wrist).
     reference_mm: depth at which the field under a pad is 1.
-    chronaxie_us: of the axons.
-    pronation_deg: of the forearm from where the arrays were put on, where nothing is wired to `posture`; what
-        the hand says of its own forearm does not count here.
-    pronation_share: of forearm rotation that a motor point at the wrist takes part in; in proportion to
-        its distance from the elbow. Pronation turns it towards the radial side (chosen, sweep 0 to 0.7).
-    posture_step_deg: of forearm rotation, within which the field is not made anew (chosen).
-    shift_mm, shift_deg: of the arrays, from the elbow towards the wrist and towards the radial side.
-    skin_gain: of each element, share of its current that passes; empty: 1.
+    chronaxie_us: chronaxie of the axons.
+    pronation_deg: pronation of the forearm since the arrays were put on, if `posture` has no wire; the hand's
+        own forearm orientation has no effect here.
+    pronation_share: fraction of forearm rotation that a motor point at the wrist follows; others in
+        proportion to their distance from the elbow. Pronation moves them towards the radial side (chosen,
+        sweep 0 to 0.7).
+    posture_step_deg: step of forearm rotation at which the field is computed again (chosen).
+    shift_mm, shift_deg: displacement of the arrays, towards the wrist and towards the radial side.
+    skin_gain: fraction of each element's current that passes the skin; empty: 1.
     """
 
     arrays: tuple[ElectrodeArray, ...] = (DORSAL, VOLAR)
@@ -109,7 +119,7 @@ class Electrodes:
             require_not_negative("electrodes", self, "skin_gain")
 
     def _require_arrays(self) -> None:
-        """Raise InputError for arrays that the forearm cannot wear."""
+        """Raise InputError for arrays that do not fit on the forearm."""
         if not self.arrays:
             raise InputError("electrodes.arrays", "none", "one or more")
         girth_mm = 2.0 * math.pi * self.radius_mm
@@ -118,7 +128,7 @@ class Electrodes:
                 raise InputError(f"electrodes.arrays[{number}]",
                                  f"{array.rows} rows of {array.pitch_mm[0]:g} mm around a forearm",
                                  f"{girth_mm:.0f} mm at most, its girth at radius_mm {self.radius_mm:g}")
-        along = self.places[:, 1]
+        along = self.places[:, ALONG]
         if along.min() < 0.0 or along.max() > self.length_mm:
             element = int(np.argmax((along < 0.0) | (along > self.length_mm)))
             raise InputError("electrodes.arrays",
@@ -132,13 +142,13 @@ class Electrodes:
 
     @property
     def places(self) -> Array:
-        """Of each element, shifted: around the forearm, along it, size, mm, (elements, 3)."""
+        """Displaced elements (elements, 3): place around the forearm, along it, and size, mm."""
         shift = math.radians(self.shift_deg) * self.radius_mm, self.shift_mm, 0.0
         return np.concatenate([array.places(self.radius_mm) for array in self.arrays]) + shift
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """Pulses of the elements, forearm rotation, skin, slip of the arrays."""
+        """Pulses of the elements, forearm rotation, skin, displacement of the arrays."""
         return (Port("elements", (self.elements, 3), "A,s,Hz", every=True),
                 Port("posture", (), "rad", math.radians(self.pronation_deg), optional=True),
                 Port("skin", (self.elements,), "1", 1.0, optional=True),
@@ -146,21 +156,22 @@ class Electrodes:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """What the muscles get."""
+        """Recruitment and frequency of the muscles."""
         return Port("recruitment", (len(MUSCLES),), "1"), Port("frequency", (len(MUSCLES),), "Hz")
 
     def init(self, context: Context) -> ElectrodesState:
-        """Axons as drawn for this person, or for this run."""
+        """State with the axons of this person, or of this run."""
         points, count = self.motor_points, self.axons.count
         seed = context.seed if self.axon_seed is None else self.axon_seed
-        drawn = self.axons.draw(points, self.radius_mm, seed, context.name).reshape(-1, 4)
+        axons = self.axons.draw(points, self.radius_mm, seed, context.name).reshape(-1, 4)
         if self.threshold:
-            drawn[:, 3] *= np.repeat([self.threshold[muscle(point.muscle)] for point in points], count)
+            factors = [self.threshold[muscle(point.muscle)] for point in points]
+            axons[:, THRESHOLD] *= np.repeat(factors, count)
         share = self.pronation_share * self.radius_mm / self.length_mm
         turns = np.repeat([share * point.along_mm for point in points], count)
         muscles = np.array([muscle(point.muscle) for point in points])
         forearm = Forearm(
-            np.column_stack((drawn, turns)), muscles, 2.0 * math.pi * self.radius_mm, self.reference_mm,
+            np.column_stack((axons, turns)), muscles, 2.0 * math.pi * self.radius_mm, self.reference_mm,
             1e-6 * self.chronaxie_us)
         period_s = context.clock.period_s if context.clock is not None else 0.0
         return ElectrodesState.of(forearm, period_s, self.places, self._own_gains())
@@ -175,7 +186,7 @@ class Electrodes:
         if skin.arrived_ns > state.skin_ns:
             self._take_skin(state, skin, tick)
         if shift.arrived_ns > state.shift_ns:
-            self._slip(state, shift, tick)
+            self._take_shift(state, shift, tick)
         if elements.arrived_ns > state.newest_ns:
             state.newest_ns = elements.arrived_ns
             pulses = cast(Array, elements.value)
@@ -186,7 +197,7 @@ class Electrodes:
         return state.recruited(tick.time_ns)
 
     def _turn(self, state: ElectrodesState, posture: float, tick: Tick) -> None:
-        """Forget the field where the forearm has turned by a step or more."""
+        """Discard the field if the forearm has turned by a step or more."""
         sound = math.isfinite(posture)
         state.latch.put(tick, "bad_posture", not sound, "not finite: the last good one holds")
         if sound:
@@ -195,22 +206,23 @@ class Electrodes:
                 state.rotation = rotation
                 state.known[:] = False
 
-    def _slip(self, state: ElectrodesState, shift: Sample, tick: Tick) -> None:
-        """Put the elements where they have slipped to, and forget the field where that is elsewhere."""
+    def _take_shift(self, state: ElectrodesState, shift: Sample, tick: Tick) -> None:
+        """Move the elements, and discard the field if their displacement is new."""
         state.shift_ns = shift.arrived_ns
-        slip = cast(Array, shift.value)
+        offset = cast(Array, shift.value)
         sound = True
-        if slip.tobytes() != state.slip.tobytes():
-            places = self.places + 1e3 * np.array([slip[0], slip[1], 0.0])
-            sound = is_finite(places) and places[:, 1].min() >= 0.0 and places[:, 1].max() <= self.length_mm
+        if offset.tobytes() != state.shift.tobytes():
+            places = self.places + 1e3 * np.array([*offset, 0.0])
+            along = places[:, ALONG]
+            sound = is_finite(places) and along.min() >= 0.0 and along.max() <= self.length_mm
             if sound:
-                state.slip, state.places = slip, places
+                state.shift, state.places = offset, places
                 state.known[:] = False
         state.latch.put(tick, "bad_shift", not sound,
                         "not finite, or beyond the forearm's ends: the last good one holds")
 
     def _take_skin(self, state: ElectrodesState, skin: Sample, tick: Tick) -> None:
-        """Bring new factors into force; faulty ones are told and left."""
+        """Apply new factors; faulty ones are reported and ignored."""
         state.skin_ns = skin.arrived_ns
         factors = cast(Array, skin.value)
         sound = is_finite(factors) and bool((factors >= 0.0).all())
@@ -220,7 +232,7 @@ class Electrodes:
             state.gains = self._own_gains() * factors
 
     def _checked_frequency(self, state: ElectrodesState, pulses: Array, tick: Tick) -> float:
-        """Frequency of the pulses of a message, Hz; 0 where there are none or they cannot be given."""
+        """Frequency of the pulses of a message, Hz; 0 if there are none or one is faulty."""
         faulty, hertz = find_active(pulses, state.active)
         missed = hertz * state.period_ns > NS_PER_S + hertz
         if faulty >= 0 or missed or state.latch.holding:

@@ -1,4 +1,4 @@
-"""What `electrodes` remembers: the field of its elements, and the pulses whose axons still count."""
+"""State of `electrodes`: the field of the elements, and the recent pulses with the axons that they fired."""
 
 from __future__ import annotations
 
@@ -14,25 +14,29 @@ from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER
+from plants.electrodes.arrays import ALONG, AROUND, DEPTH, SIZE, THRESHOLD, TURN
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+CURRENT, WIDTH, FREQUENCY = range(3)
+"""Columns of pulses: current, A, pulse width, s, and stimulation frequency, Hz."""
 
 
 @compiled
 def find_active(pulses: Array, active: Flags) -> tuple[int, float]:
     """Fill `active` (elements,) from pulses (elements, 3); first faulty element, -1 for none, and frequency.
 
-    A pulse has current and width; one that is negative, not finite or without a frequency is faulty.
+    An active element has current and width; a pulse is faulty if it is negative, not finite or without a
+    frequency.
     """
     hertz = 0.0
     for e in range(pulses.shape[0]):
-        active[e] = pulses[e, 0] != 0.0 and pulses[e, 1] != 0.0
+        active[e] = pulses[e, CURRENT] != 0.0 and pulses[e, WIDTH] != 0.0
         if active[e]:
             for k in range(3):
                 if not 0.0 < pulses[e, k] < math.inf:
                     return e, 0.0
-            hertz = max(hertz, pulses[e, 2])
+            hertz = max(hertz, pulses[e, FREQUENCY])
     return -1, hertz
 
 
@@ -40,21 +44,20 @@ def find_active(pulses: Array, active: Flags) -> tuple[int, float]:
 def field_row(
     element: Array, axons: Array, turn: float, circumference_mm: float, reference_mm: float, row: Array
 ) -> None:
-    """Fill `row` (axons,): effective mA at an axon, over its threshold, for 1 mA through an element.
+    """Fill `row` (axons,): effective current at each axon, relative to its threshold, for 1 mA of an element.
 
     The field is ((d0^2 + a^2) / (d^2 + r^2 + a^2))^1.5 at depth d and distance r on the unrolled skin, with
-    the pad's size a; it is 1 straight under a pad at the reference depth d0. `element` (3,): around the
-    forearm, along it, size, mm; `axons` (axons, 5): around, along, depth, mm, threshold, mA, and mm by which
-    it moves around for each rad of the forearm's `turn`.
+    the pad's size a; it is 1 directly under a pad at the reference depth d0. `element` (3,), `axons`
+    (axons, 5): see `plants.electrodes.arrays`; `turn`: forearm rotation, rad.
     """
-    pad = element[2] * element[2]
+    pad = element[SIZE] * element[SIZE]
     unit = reference_mm * reference_mm + pad
     for i in range(axons.shape[0]):
-        around = abs(axons[i, 0] + turn * axons[i, 4] - element[0]) % circumference_mm
+        around = abs(axons[i, AROUND] + turn * axons[i, TURN] - element[AROUND]) % circumference_mm
         around = min(around, circumference_mm - around)
-        along = axons[i, 1] - element[1]
-        share = unit / (axons[i, 2] * axons[i, 2] + around * around + along * along + pad)
-        row[i] = share * math.sqrt(share) / axons[i, 3]
+        along = axons[i, ALONG] - element[ALONG]
+        share = unit / (axons[i, DEPTH] * axons[i, DEPTH] + around * around + along * along + pad)
+        row[i] = share * math.sqrt(share) / axons[i, THRESHOLD]
 
 
 @compiled
@@ -62,7 +65,7 @@ def fill_rows(
     active: Flags, known: Flags, places: Array, axons: Array, turn: float, circumference_mm: float,
     reference_mm: float, field: Array
 ) -> None:
-    """Fill the rows of `field` (elements, axons) that active elements need and that are not known."""
+    """Fill the unknown rows of `field` (elements, axons) of active elements."""
     for e in range(places.shape[0]):
         if active[e] and not known[e]:
             field_row(places[e], axons, turn, circumference_mm, reference_mm, field[e])
@@ -71,14 +74,14 @@ def fill_rows(
 
 @compiled
 def fire(pulses: Array, skin: Array, active: Flags, field: Array, chronaxie_s: float, fired: Flags) -> None:
-    """Fill `fired` (axons,) with the axons that simultaneous `pulses` (elements, 3) excite.
+    """Fill `fired` (axons,): whether simultaneous `pulses` (elements, 3) excite each axon.
 
     An element's effective current is I / (1 + chronaxie / pulse width), times the `skin` gain (elements,).
     """
     drive = np.zeros(field.shape[1])
     for e in range(pulses.shape[0]):
         if active[e]:
-            effective = 1e3 * skin[e] * pulses[e, 0] / (1.0 + chronaxie_s / pulses[e, 1])
+            effective = 1e3 * skin[e] * pulses[e, CURRENT] / (1.0 + chronaxie_s / pulses[e, WIDTH])
             row = field[e]
             for i in range(drive.size):
                 drive[i] += effective * row[i]
@@ -90,11 +93,11 @@ def fire(pulses: Array, skin: Array, active: Flags, field: Array, chronaxie_s: f
 def recruit_muscles(
     fired: Flags, hertz: Array, muscles: NDArray[np.int64], recruitment: Array, frequency: Array
 ) -> None:
-    """Fill `recruitment` and `frequency` of the `muscles` that have axons, from the groups that count now.
+    """Fill `recruitment` and `frequency` of the `muscles` that have axons, from the groups that count.
 
-    `fired` (groups, axons), `hertz` (groups,), 0 for a group that does not count. A muscle is recruited by
-    the share of its axons that any group fires; its frequency is the mean rate of those, where an axon that
-    several groups fire has the sum of their rates.
+    `fired` (groups, axons), `hertz` (groups,), 0 for a group that no longer counts. Recruitment is the
+    fraction of a muscle's axons that any group fires; frequency is their mean rate, where an axon fired by
+    several groups has the sum of their rates.
     """
     rate = np.zeros(fired.shape[1])
     for g in range(hertz.size):
@@ -114,16 +117,15 @@ def recruit_muscles(
 
 
 class Forearm(NamedTuple):
-    """Constants of a forearm with arrays on it; never written to.
+    """Constants of a forearm; never written to.
 
     Attributes
     ----------
-    axons: (axons, 5), muscle after muscle, in neutral rotation: around, along, depth, mm, threshold, mA, and
-        mm by which it moves around for each rad of rotation.
+    axons: (axons, 5), in the order of muscles, in neutral rotation; columns as in `plants.electrodes.arrays`.
     muscles: numbers of the muscles that have axons.
-    circumference_mm: of the forearm.
+    circumference_mm: circumference of the forearm.
     reference_mm: depth at which the field under a pad is 1.
-    chronaxie_s: of the axons.
+    chronaxie_s: chronaxie of the axons.
     """
 
     axons: Array
@@ -135,23 +137,23 @@ class Forearm(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class ElectrodesState:
-    """The cached field, and what fired.
+    """State of the electrodes: cached field and recent pulses.
 
     Attributes
     ----------
-    forearm: constants.
-    period_ns: of the block's clock.
-    places: (elements, 3), of the elements: around the forearm, along it, size, mm; never written to.
-    slip: (2,), m, around and along, of the arrays from where they were put on; never written to.
-    gains: (elements,), share of the current that passes the skin; never written to.
-    fields: (elements, axons), of `field_row`; a row is made when its element is first active.
-    known: (elements,), whose rows are made.
-    active: (elements,), room for those of the newest pulse.
-    fired: (groups, axons), what each remembered pulse excited.
-    until_ns: (groups,), instant at which it ceases to count.
-    hertz: (groups,), its stimulation frequency.
-    rotation: steps of forearm rotation for which the field is.
-    newest_ns, skin_ns, shift_ns: arrival of the newest message of pulses, of skin factors, and of a shift.
+    forearm: constants of the forearm.
+    period_ns: period of the block's clock.
+    places: (elements, 3), around the forearm, along it, size, mm; never written to.
+    shift: (2,), m, displacement of the arrays around and along; never written to.
+    gains: (elements,), fraction of the current that passes the skin; never written to.
+    fields: (elements, axons), rows of `field_row`, computed when an element is first active.
+    known: (elements,), whether each row is computed.
+    active: (elements,), buffer for the active elements of the newest pulses.
+    fired: (groups, axons), axons that each group of simultaneous pulses fired.
+    until_ns: (groups,), instant until which each group counts.
+    hertz: (groups,), stimulation frequency of each group.
+    rotation: steps of forearm rotation to which the field applies.
+    newest_ns, skin_ns, shift_ns: arrival of the newest pulses, skin factors, and shift.
     """
 
     forearm: Forearm
@@ -164,7 +166,7 @@ class ElectrodesState:
     fired: Flags
     until_ns: list[float]
     hertz: list[float]
-    slip: Array = field(default_factory=lambda: np.zeros(2))
+    shift: Array = field(default_factory=lambda: np.zeros(2))
     rotation: int = 0
     newest_ns: int = NEVER
     skin_ns: int = NEVER
@@ -173,7 +175,7 @@ class ElectrodesState:
 
     @classmethod
     def of(cls, forearm: Forearm, period_s: float, places: Array, gains: Array) -> ElectrodesState:
-        """Nothing fired yet, no field known."""
+        """State before the first pulse."""
         elements, axons = len(places), len(forearm.axons)
         return cls(
             forearm, period_s * NS_PER_S, places, gains, np.empty((elements, axons)),
@@ -181,10 +183,10 @@ class ElectrodesState:
             [NEVER], [0.0])
 
     def excite(self, pulses: Array, hertz: float, turn: float, now_ns: int) -> None:
-        """Let simultaneous pulses (elements, 3) of the active elements fire axons; `turn` in rad.
+        """Fire axons by simultaneous pulses (elements, 3) of the active elements; `turn` in rad.
 
-        They count until the next pulse of their train is due, less half a tick: the pulse that takes their
-        place may come 1 ns early or late.
+        They count until the next pulse of their train is due, less half a tick, as that pulse may come 1 ns
+        early or late.
         """
         forearm = self.forearm
         fill_rows(self.active, self.known, self.places, forearm.axons, turn, forearm.circumference_mm,
@@ -195,7 +197,7 @@ class ElectrodesState:
         self.hertz[group] = hertz
 
     def _free_group(self, now_ns: int) -> int:
-        """A group that no longer counts; a new one where all do."""
+        """Index of a group that no longer counts, or of a new one."""
         for group, until_ns in enumerate(self.until_ns):
             if until_ns <= now_ns:
                 return group

@@ -1,4 +1,4 @@
-"""An 8-channel stimulator: from commands for its channels to pulses of elements."""
+"""8-channel stimulator: from commands for its channels to pulses of elements."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""`stimulator`: from commands for its channels to pulses of array elements, one channel at a time."""
+"""`stimulator`: from commands for its channels to interleaved pulses of array elements."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class VirtualElectrode:
 
     Attributes
     ----------
-    elements: their numbers.
-    shares: of the current, adding up to 1; empty: equal ones.
+    elements: numbers of the elements.
+    shares: fractions of the current, adding up to 1; empty: equal ones.
     """
 
     elements: tuple[int, ...]
@@ -59,10 +59,10 @@ class VirtualElectrode:
 
 
 def multiplexing(electrodes: Sequence[VirtualElectrode], channels: int, elements: int) -> Array:
-    """Share of each channel's current that each element has, (channels, elements).
+    """Fraction of each channel's current in each element, (channels, elements).
 
-    Without electrodes channel c has element c. Raises InputError for elements that do not exist and for
-    another number of electrodes than channels.
+    Without electrodes channel c has element c. Raises InputError for elements that do not exist and unless
+    there are as many electrodes as channels.
     """
     electrodes = electrodes or [VirtualElectrode(elements=(channel,)) for channel in range(channels)]
     if len(electrodes) != channels:
@@ -79,9 +79,9 @@ def multiplexing(electrodes: Sequence[VirtualElectrode], channels: int, elements
 
 
 def fault_of(shares: Array) -> str:
-    """What is wrong with shares (channels, elements); empty where nothing is.
+    """Description of the first fault of shares (channels, elements), or "".
 
-    Every row holds no number below 0 and adds up to 1, or to 0 for a channel that is switched onto nothing.
+    Every row must be non-negative and add up to 1, or to 0 for a disconnected channel.
     """
     if not np.isfinite(shares).all() or (shares < 0.0).any():
         return "a share is negative or not finite"
@@ -94,12 +94,13 @@ def fault_of(shares: Array) -> str:
 
 @compiled
 def share_out(given: Array, shares: Array, hertz: float, elements: Array) -> None:
-    """Put a pulse, current and width (2,), on the `elements` (e, 3) that have `shares` (e,) of it."""
-    if given[0] > 0.0:
+    """Distribute a pulse, current and width (2,), to `elements` (e, 3) by `shares` (e,)."""
+    current, width = given
+    if current > 0.0:
         for e in range(shares.size):
             if shares[e] > 0.0:
-                elements[e, 0] = given[0] * shares[e]
-                elements[e, 1] = given[1]
+                elements[e, 0] = current * shares[e]
+                elements[e, 1] = width
                 elements[e, 2] = hertz
 
 
@@ -107,36 +108,36 @@ def share_out(given: Array, shares: Array, hertz: float, elements: Array) -> Non
 def tally(
     given: Array, shares: Array, hertz: float, area_cm2: float
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Account for biphasic pulses (channels, 2), each given `hertz` times a second through `shares`.
+    """Charge and current density of biphasic pulses (channels, 2), given `hertz` times a second.
 
-    Charge of each channel, C a phase and C/s; of each element, C a phase (of the channel that gives it most)
-    and C/s of all channels; and the r.m.s. current density under it, mA/cm^2. Over a period the mean square
-    of a pulse I, w is 2 I^2 w f: both phases count.
+    Returns the fields of `Account`. Over a period the mean square of a pulse I, w is 2 I^2 w f: both phases
+    count.
     """
     channels, elements = shares.shape
     charge, charge_rate = np.empty(channels), np.empty(channels)
     most, rate, density = np.zeros(elements), np.zeros(elements), np.zeros(elements)
     for c in range(channels):
-        charge[c] = given[c, 0] * given[c, 1]
+        current, width = given[c]
+        charge[c] = current * width
         charge_rate[c] = charge[c] * hertz
         for e in range(elements):
             share = shares[c, e]
             if share > 0.0:
                 most[e] = max(most[e], share * charge[c])
                 rate[e] += share * charge_rate[c]
-                density[e] += 2.0 * (share * given[c, 0]) ** 2 * given[c, 1] * hertz
+                density[e] += 2.0 * (share * current) ** 2 * width * hertz
     for e in range(elements):
         density[e] = 1e3 * math.sqrt(density[e]) / area_cm2
     return charge, charge_rate, most, rate, density
 
 
 class Account(NamedTuple):
-    """Charge of the pulses that are given; its arrays are never written to.
+    """Charge and current density of the given pulses; never written to.
 
     Attributes
     ----------
-    channel, channel_rate: (channels,), C a phase and C/s.
-    element, element_rate: (elements,), C a phase (of the channel that gives it most) and C/s of all.
+    channel, channel_rate: (channels,), charge per phase, C, and per second, C/s.
+    element, element_rate: (elements,), charge per phase of the strongest channel, C, and C/s of all channels.
     density: (elements,), current density, r.m.s., mA/cm^2.
     """
 
@@ -149,22 +150,22 @@ class Account(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class StimulatorState:
-    """A device in use.
+    """State of the stimulator.
 
     Attributes
     ----------
-    limits: of the device; constants.
+    limits: ranges of the device; constant.
     hertz: stimulation frequency.
-    area_cm2: of an element.
-    latency_ns: from a command to the pulses that follow it.
-    shares: (channels, elements), the multiplexing in force; never written to.
-    command: (channels, 2), in force; never written to.
-    given: (channels, 2), the newest pulse of each channel.
-    account: of `given`.
-    pending: commands under way, with the instants at which they come into force.
+    area_cm2: area of an element.
+    latency_ns: latency from a command to its pulses.
+    shares: (channels, elements), present multiplexing; never written to.
+    command: (channels, 2), present command; never written to.
+    given: (channels, 2), newest pulse of each channel.
+    account: charge of `given`.
+    pending: later commands, with the instants from which they apply.
     command_ns, shares_ns: arrival of the newest message of each input.
-    cut: (channels,), bits of what the newest pulse of each channel lacked.
-    dense: elements whose current density calls for attention.
+    cut: (channels,), bits of the limits that changed each channel's newest pulse.
+    dense: elements whose current density is too high.
     """
 
     limits: Limits
@@ -186,7 +187,7 @@ class StimulatorState:
     def of(
         cls, limits: Limits, hertz: float, area_cm2: float, latency_ns: int, shares: Array
     ) -> StimulatorState:
-        """A device that has no command yet."""
+        """State before the first command."""
         channels = len(shares)
         idle = np.zeros((channels, 2))
         account = Account(*tally(idle, shares, hertz, area_cm2))
@@ -194,7 +195,7 @@ class StimulatorState:
                    cut=[0] * channels)
 
     def take_command(self, sample: Sample, now_ns: int) -> None:
-        """Queue a new command, and bring into force what is due."""
+        """Queue a new command, and apply those that are due."""
         if sample.arrived_ns > self.command_ns:
             self.command_ns = sample.arrived_ns
             self.pending.append((sample.arrived_ns + self.latency_ns, np.asarray(sample.value)))
@@ -202,39 +203,40 @@ class StimulatorState:
             self.command = self.pending.popleft()[1]
 
     def take_shares(self, sample: Sample, tick: Tick) -> None:
-        """Bring a new multiplexing into force; a faulty one is told and left."""
+        """Apply a new multiplexing; a faulty one is reported and ignored."""
         if sample.arrived_ns <= self.shares_ns:
             return
         self.shares_ns = sample.arrived_ns
         shares = np.asarray(sample.value)
         fault = fault_of(shares)
-        self.latch.put(tick, "bad_multiplexing", bool(fault), f"{fault}: the one before stays in force")
+        self.latch.put(tick, "bad_multiplexing", bool(fault), f"{fault}: the multiplexing before it remains")
         if not fault and not np.array_equal(shares, self.shares):
             self.shares = shares
             self.count_charge(tick)
 
     def fire(self, channel: int, tick: Tick) -> None:
-        """Settle the pulse that a channel gives now."""
-        wished, width = self.command[channel].tolist()
-        current, given_width, cut = given_pulse(self.limits, wished, width)
+        """Determine the pulse of a channel at this instant."""
+        commanded, width = self.command[channel].tolist()
+        current, given_width, cut = given_pulse(self.limits, commanded, width)
         before, self.cut[channel] = self.cut[channel], cut
         for bit, status, detail in LIMITED:
             if cut & ~before & bit:
-                tick.report(status, f"channel {channel}: {detail} ({1e3 * wished:g} mA, {1e6 * width:g} us)")
-        if self.given[channel, 0] != current or self.given[channel, 1] != given_width:
+                tick.report(status,
+                            f"channel {channel}: {detail} ({1e3 * commanded:g} mA, {1e6 * width:g} us)")
+        if self.given[channel].tolist() != [current, given_width]:
             self.given[channel] = current, given_width
             self.count_charge(tick)
 
     def count_charge(self, tick: Tick) -> None:
-        """Account for the charge anew; elements whose current density has become too high are told."""
+        """Update the account; report elements whose current density has become too high."""
         self.account = Account(*tally(self.given, self.shares, self.hertz, self.area_cm2))
         density = self.account.density
         dense = frozenset((density > IEC_DENSITY_MA_CM2).nonzero()[0].tolist())
         joined = sorted(dense - self.dense)
         if joined:
-            told = ", ".join(f"{element} ({density[element]:.2g})" for element in joined)
-            tick.report("current_density", "calls for the operator's attention: above "
-                        f"{IEC_DENSITY_MA_CM2:g} mA/cm2 r.m.s. under element {told}")
+            found = ", ".join(f"{element} ({density[element]:.2g})" for element in joined)
+            tick.report("current_density", "requires the operator's attention: above "
+                        f"{IEC_DENSITY_MA_CM2:g} mA/cm2 r.m.s. under element {found}")
         self.dense = dense
 
 
@@ -246,35 +248,34 @@ _RANGES = ("current_max_ma", "current_step_ma", "width_min_us", "width_max_us", 
 class Stimulator:
     """A multi-channel stimulator with a multiplexer that switches each channel onto elements of an array.
 
-    Channels are interleaved: a stimulation period is divided into equal slots, one for every channel of the
-    device, and the biphasic pulse of channel c is given in slot c. The block has a clock of its own whose
-    tick k is slot k; a message leaves at every tick and holds the pulses of that instant only. A pulse
-    follows the newest command that arrived at least the device's latency before it. What the device cannot
-    give is cut and told, once when it begins: statuses `bad_input`, `current_limited`, `voltage_limited`,
-    `current_too_small`, `width_limited`, `width_too_short`, `charge_limited`, `energy_limited`, with the
-    channel; `bad_multiplexing`; `current_density` for elements under which it passes 2 mA/cm^2 r.m.s.
-    The terms are those of IEC 60601-2-10; no certification is meant.
+    Channels are interleaved: a stimulation period has equal slots, one for every channel of the device, and
+    the biphasic pulse of channel c is given in slot c. The block has a clock of its own whose tick k is slot
+    k; each message has the pulses of that instant only. A pulse follows the newest command that arrived at
+    least the device's latency before it. Commands are limited to the device's range, reported once when that
+    begins: statuses `bad_input`, `current_limited`, `voltage_limited`, `current_too_small`, `width_limited`,
+    `width_too_short`, `charge_limited`, `energy_limited`, with the channel; `bad_multiplexing`;
+    `current_density` for elements above 2 mA/cm^2 r.m.s. The terms are those of IEC 60601-2-10; no
+    certification is implied.
 
     Inputs: `stimulation` (channels, 2): current, A, and pulse width, s; optional `multiplexing` (channels,
-    elements): share of each channel's current that each element has, rows that add up to 1, or to 0 for a
-    channel switched onto nothing; it holds from the next slot on, in place of `electrodes`. Outputs:
-    `elements` (elements, 3): current, A, pulse width, s, and stimulation frequency, Hz, 0 for elements that
-    have no pulse in this slot; and of the newest pulses `charge` (channels,), C a phase, `charge_rate`
-    (channels,), C/s of that phase, `element_charge` and `element_charge_rate` (elements,).
+    elements): fraction of each channel's current in each element, rows that add up to 1, or to 0 for a
+    disconnected channel; it applies from the next slot on, in place of `electrodes`. Outputs: `elements`
+    (elements, 3): current, A, pulse width, s, and stimulation frequency, Hz, 0 for elements without a pulse
+    in this slot; and for the newest pulses `charge` (channels,), C per phase, `charge_rate` (channels,), C/s
+    of that phase, `element_charge` and `element_charge_rate` (elements,).
 
     Attributes
     ----------
-    preset: device that stands for all that is not given (`plants.stimulator.generations`).
-    channels: in use, as many as the device has at most; 0 takes them from what is wired in.
-    elements: of the arrays.
+    preset: device with the values of all parameters not given (`plants.stimulator.generations`).
+    channels: channels in use, at most those of the device; 0 takes the number from the wire.
+    elements: number of elements of the arrays.
     electrodes: virtual electrode of each channel; empty: channel c has element c.
     frequency_hz: stimulation frequency, an exact rate.
     charge_max_uc: the user's limit of a phase's charge (chosen: that of the `safety` block).
-    load_ohm: between the poles; the compliance voltage drives no more current through it (chosen: the
-        500 ohm of IEC 60601-2-10).
-    element_area_cm2: of an element, for current density (chosen: a disc of 7 mm radius).
+    load_ohm: load that limits the current of the compliance voltage (chosen: the 500 ohm of IEC 60601-2-10).
+    element_area_cm2: area of an element, for current density (chosen: a disc of 7 mm radius).
     current_max_ma, current_step_ma, width_min_us, width_max_us, width_step_us: range and resolution.
-    latency_ms: from a command to the pulses that follow it.
+    latency_ms: latency from a command to its pulses.
     compliance_v: the device's greatest voltage, at most 500 (IEC 60601-2-10).
     """
 
@@ -307,11 +308,11 @@ class Stimulator:
         duration_ns(self.latency_ms or 0.0, NS_PER_MS, "stimulator.latency_ms")
         if not 0 <= self.channels <= device.channels:
             raise InputError("stimulator.channels", f"{self.channels}",
-                             f"1 to {device.channels}, the device's, or 0 for what is wired in")
+                             f"1 to {device.channels}, the device's, or 0 for the number of wired channels")
         limits = self.limits
         if limits.current_step > limits.current_max or not (
                 limits.width_step <= limits.width_min < limits.width_max):
-            raise InputError("stimulator", "ranges that hold no pulse", "current_step_ma <= current_max_ma, "
+            raise InputError("stimulator", "its ranges allow no pulse", "current_step_ma <= current_max_ma, "
                              "width_step_us <= width_min_us < width_max_us")
         if self.compliance_v is not None and self.compliance_v > IEC_VOLTAGE_V:
             raise InputError("stimulator.compliance_v", f"{self.compliance_v:g}",
@@ -333,7 +334,7 @@ class Stimulator:
 
     @property
     def clock(self) -> RateClock:
-        """The pulse slots."""
+        """Clock of the pulse slots."""
         return RateClock.from_rate(Fraction(self.frequency_hz) * PRESETS[self.preset].channels)
 
     @property
@@ -345,7 +346,7 @@ class Stimulator:
 
     @property
     def shares(self) -> Array:
-        """Share of a channel's current that each element has without `multiplexing`, (channels, elements)."""
+        """Fraction of each channel's current in each element without `multiplexing`, (channels, elements)."""
         return multiplexing(self.electrodes, self.channels, self.elements)
 
     @property
@@ -364,7 +365,7 @@ class Stimulator:
                 Port("element_charge_rate", (self.elements,), "C/s"))
 
     def passages(self, context: Context) -> tuple[Passage, ...]:
-        """The device's latency, and the wait of each channel for its slot; charges stay until its next."""
+        """The device's latency, and each channel's wait for its slot; charges hold until the next slot."""
         pulses = "elements"
         charges = tuple(port.name for port in self.outputs if port.name != pulses)
         latency_ns = duration_ns(self.latency_ms or 0.0, NS_PER_MS, "stimulator.latency_ms")
@@ -377,17 +378,17 @@ class Stimulator:
             for outputs in ((pulses,), charges))
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Stimulator:
-        """For the number of channels that is wired in; raises InputError where the device has fewer."""
+        """This block with the number of wired channels; InputError if the device has fewer."""
         return replace(self, channels=shapes["stimulation"][0])
 
     def init(self, context: Context) -> StimulatorState:
-        """No command yet."""
+        """State before the first command."""
         latency_ns = duration_ns(self.latency_ms or 0.0, NS_PER_MS, "stimulator.latency_ms")
         return StimulatorState.of(self.limits, float(Fraction(self.frequency_hz)), self.element_area_cm2,
                                   latency_ns, self.shares)
 
     def step(self, state: StimulatorState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The pulses of one slot."""
+        """Pulses of one slot."""
         stimulation, shares = inputs
         state.take_command(stimulation, tick.time_ns)
         state.take_shares(shares, tick)

@@ -1,9 +1,9 @@
-"""What a stimulator can give: three generations of an 8-channel device, and how a wish becomes a pulse.
+"""Ranges of three generations of an 8-channel stimulator, and the pulse that a device gives for a command.
 
 Ranges, steps and latencies are those of such devices as usually quoted: 0-126 mA in steps of 2 mA, 0.5 mA on
-newer ones, 20-500 us in steps of 1 us, 20-50 Hz, 1-24 ms from command to pulse. Which latency belongs to
-which generation is chosen, as is the compliance voltage. The terms are those of IEC 60601-2-10; no
-certification is meant.
+newer ones, 20-500 us in steps of 1 us, 20-50 Hz, 1-24 ms from command to pulse. The assignment of latencies
+to generations and the compliance voltage are chosen. The terms are those of IEC 60601-2-10; no certification
+is implied.
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ IEC_ENERGY_J = 0.3
 IEC_VOLTAGE_V = 500.0
 """Greatest peak voltage."""
 IEC_DENSITY_MA_CM2 = 2.0
-"""Current density (r.m.s.) under an electrode above which the operator's attention is called for."""
+"""Current density (r.m.s.) under an electrode above which the operator must be alerted."""
 
 BAD, CURRENT, VOLTAGE, SMALL, WIDTH, SHORT, CHARGE, ENERGY = 1, 2, 4, 8, 16, 32, 64, 128
 LIMITED = ((BAD, "bad_input", "negative or not finite: no pulse"),
            (CURRENT, "current_limited", "current above the device's range"),
-           (VOLTAGE, "voltage_limited", "current above what the device's voltage drives through the load"),
+           (VOLTAGE, "voltage_limited", "current above the limit of the device's voltage at the load"),
            (SMALL, "current_too_small", "current rounds to 0: no pulse"),
            (WIDTH, "width_limited", "pulse width above the device's range"),
            (CHARGE, "charge_limited", "charge per phase above the user's limit: pulse shortened"),
            (ENERGY, "energy_limited", "energy of the pulse above 300 mJ into 500 ohm: pulse shortened"),
            (SHORT, "width_too_short", "pulse width below the device's range: no pulse"))
-"""Bits of what a device does not give, with their statuses."""
+"""Bits of limits that change or suppress a pulse, with their statuses."""
 
 
 class Preset(NamedTuple):
-    """A device.
+    """Ranges of a device.
 
     Attributes
     ----------
-    channels: it has.
+    channels: number of channels.
     current_max_ma, current_step_ma: range from 0, and resolution.
     width_min_us, width_max_us, width_step_us: range and resolution of the pulse width.
     frequency_min_hz, frequency_max_hz: range of the stimulation frequency.
-    latency_ms: from a command to the pulses that follow it.
+    latency_ms: latency from a command to its pulses.
     compliance_v: greatest voltage.
     """
 
@@ -71,10 +71,10 @@ class Limits(NamedTuple):
 
     Attributes
     ----------
-    current_max, current_step: A.
-    current_driven: A, what the compliance voltage drives through the load.
-    width_min, width_max, width_step: s.
-    charge_max: C, of a phase: the user's limit.
+    current_max, current_step: range and resolution of the current, A.
+    current_driven: current of the compliance voltage through the load, A.
+    width_min, width_max, width_step: range and resolution of the pulse width, s.
+    charge_max: the user's limit of a phase's charge, C.
     """
 
     current_max: float
@@ -89,11 +89,11 @@ class Limits(NamedTuple):
 def given_pulse(
     limits: Limits, current: float, width: float, *, never_more: bool = False
 ) -> tuple[float, float, int]:
-    """The pulse that a device gives for a wish: current, A, width, s, and bits of what it did not give.
+    """Pulse that a device gives for a command: current, A, width, s, and bits of the limits that changed it.
 
-    Numbers are rounded to the nearest step, but down to one where a limit cuts them, or where the wish itself
-    is the most that may be given (`never_more`). Charge per phase and energy are met by shortening the pulse;
-    for the energy, 2 R I^2 w, both phases count.
+    Values are rounded to the nearest step, but down if a limit applies, or if the command must not be
+    exceeded (`never_more`). Charge per phase and energy are limited by shortening the pulse; the energy, 2 R
+    I^2 w, counts both phases.
     """
     if not (math.isfinite(current) and math.isfinite(width) and current >= 0.0 and width >= 0.0):
         return 0.0, 0.0, BAD
@@ -126,5 +126,5 @@ def _nearest(value: float, step: float) -> float:
 
 
 def _down(value: float, step: float) -> float:
-    """The greatest multiple of the step that is not above the value, but for round-off."""
+    """Greatest multiple of the step up to the value, within round-off."""
     return math.floor(value / step * (1.0 + _ROUND_OFF)) * step
