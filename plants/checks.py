@@ -1,4 +1,4 @@
-"""Checks that parameters share: each names the parameter, what was found and what is allowed."""
+"""Shared checks of parameters; each error names the parameter, the value found and the values allowed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import numpy as np
 from fesloop.errors import InputError
 
 MOST_ELEMENTS = 4096
-"""Of an electrode array (chosen: fifty times the largest that is worn): their tables fit in memory."""
+"""Most elements of an electrode array (chosen: fifty times the largest array in use; tables fit in
+memory)."""
 
 
 def require_positive(owner: str, parameters: object, *keys: str) -> None:

@@ -1,10 +1,11 @@
-"""`fingertip_force`: pressure sensors taped to the fingertips."""
+"""`fingertip_force`: force sensors taped to the fingertips."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,36 +22,44 @@ from plants.checks import require_not_negative, require_positive
 Array = NDArray[np.float64]
 
 
+class Errors(NamedTuple):
+    """Noise sd, range, resolution (0: none), and sd of the offset's step since the last tick, N."""
+
+    noise_sd: float
+    range: float
+    resolution: float
+    drift: float
+
+
 @compiled
 def read_forces(
-    force: Array, gain: Array, offset: Array, noise: Array, errors: Array, drift_n: float, samples: Array
+    force: Array, gain: Array, offset: Array, noise: Array, errors: Errors, samples: Array
 ) -> int:
-    """Fill `samples` (k,), N, and bring `offset` (k,) on; returns a bit mask of the saturated sensors.
+    """Fill `samples` (k,), N, and advance `offset` (k,); returns a bit mask of the saturated sensors.
 
-    `noise` (2 k,) serves samples, then drift; `errors` (3,): noise sd, range, digit, N; `drift_n` is the sd
-    of the offset's step since the last tick, N.
+    `noise` (2 k,) serves samples, then drift.
     """
     saturated, count = 0, force.size
     for i in range(count):
-        offset[i] += drift_n * noise[count + i]
-        value = gain[i] * force[i] + offset[i] + errors[0] * noise[i]
-        if errors[2] > 0.0:
-            value = round(value / errors[2]) * errors[2]
-        if value > errors[1]:
+        offset[i] += errors.drift * noise[count + i]
+        value = gain[i] * force[i] + offset[i] + errors.noise_sd * noise[i]
+        if errors.resolution > 0.0:
+            value = round(value / errors.resolution) * errors.resolution
+        if value > errors.range:
             saturated |= 1 << i
-        samples[i] = min(max(value, 0.0), errors[1])
+        samples[i] = min(max(value, 0.0), errors.range)
     return saturated
 
 
 class FingertipForceState:
-    """What the sensors remember.
+    """State of the sensors.
 
     Attributes
     ----------
-    gain, offset: (k,), of each sensor, 1 and N; the offset wanders.
-    noise: rows for the ticks of this trial.
+    gain, offset: (k,), gain and offset, N, of each sensor; the offset wanders.
+    noise: random numbers of this trial's ticks.
     last_ns: instant of the last tick; -1 before the first.
-    latch: the statuses that hold.
+    latch: statuses that hold.
     """
 
     __slots__ = ("gain", "last_ns", "latch", "noise", "offset")
@@ -63,25 +72,25 @@ class FingertipForceState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FingertipForce:
-    """Forces at k fingertips as thin resistive sensors give them.
+    """Thin resistive force sensors at k fingertips.
 
-    Input `contact_force` (k,), N, pressing on each fingertip; output `force` (k,), N, from 0 to the range:
+    Input `contact_force` (k,), N, on each fingertip; output `force` (k,), N, from 0 to the range:
 
         force = clip(round(gain contact_force + offset + noise))
 
-    Gain and first offset belong to the sensors: drawn for a run, the same in its every trial; the drift of
-    the offset starts anew. Hysteresis is left out. Status `saturated` names sensors at the end of their
+    Gain and initial offset are random once per run, and the same in every trial; the drift of the offset
+    starts again with each trial. Hysteresis is omitted. Status `saturated` names sensors at the end of their
     range.
 
     Attributes
     ----------
-    sensors: k, at most 60; 0 takes it from the wire.
-    gain_sd: of the gain about 1 (chosen: that of sensors that were calibrated once).
-    offset_sd: N (chosen).
-    drift: of the offset, N per square root of a second (chosen: .15 N after a minute).
-    noise_sd: of a sample, N (chosen).
-    range_n: where samples saturate, N (chosen: a firm pinch; S19 names no sensor).
-    resolution: of a digit, N (range over ten bits); 0 does not round.
+    sensors: number k of sensors, at most 60; 0 takes it from the wire.
+    gain_sd: sd of the gain about 1 (chosen: that of sensors that were calibrated once).
+    offset_sd: sd of the initial offset, N (chosen).
+    drift: random walk of the offset, N per square root of a second (chosen: .15 N after a minute).
+    noise_sd: white noise of a sample, N (chosen).
+    range_n: force at which samples saturate, N (chosen: a firm pinch; S19 names no sensor).
+    resolution: size of a digit, N (range over ten bits); 0: no rounding.
     """
 
     sensors: int = 0
@@ -101,31 +110,31 @@ class FingertipForce:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """What presses on the fingertips."""
+        """Contact forces on the fingertips."""
         return (Port("contact_force", (self.sensors or None,), "N"),)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """What the sensors read."""
+        """Readings of the sensors."""
         return (Port("force", (self.sensors or None,), "N"),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> FingertipForce:
-        """For the fingertips that are wired in; raises InputError where they are no vector."""
+        """This block with the number of wired fingertips; InputError unless the signal is a vector."""
         shape = shapes["contact_force"]
         if len(shape) != 1:
-            raise InputError("contact_force", f"a signal of shape {shape} is wired in",
+            raise InputError("contact_force", f"the wired signal has shape {shape}",
                              "a vector: shape (k,)")
         return replace(self, sensors=shape[0])
 
     def init(self, context: Context) -> FingertipForceState:
-        """Sensors as drawn for this run."""
-        drawn = NoiseStream(stream_key(context.seed, f"{context.name}/sensors", 0), 2 * self.sensors).row(0)
-        gain = 1.0 + self.gain_sd * drawn[:self.sensors]
-        return FingertipForceState(gain, self.offset_sd * drawn[self.sensors:],
+        """State with the sensors of this run."""
+        normal = NoiseStream(stream_key(context.seed, f"{context.name}/sensors", 0), 2 * self.sensors).row(0)
+        gain = 1.0 + self.gain_sd * normal[:self.sensors]
+        return FingertipForceState(gain, self.offset_sd * normal[self.sensors:],
                                    context.noise(2 * self.sensors))
 
     def step(self, state: FingertipForceState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The forces of one tick; nothing before the first forces."""
+        """Readings of one tick; none before the first forces."""
         if not inputs[0].present:
             return ()
         elapsed_s = (tick.time_ns - state.last_ns) / NS_PER_S if state.last_ns >= 0 else 0.0
@@ -133,8 +142,7 @@ class FingertipForce:
         samples = np.empty(self.sensors)
         saturated = read_forces(
             np.asarray(inputs[0].value), state.gain, state.offset, state.noise.row(tick.index),
-            np.array((self.noise_sd, self.range_n, self.resolution)), self.drift * math.sqrt(elapsed_s),
-            samples)
+            Errors(self.noise_sd, self.range_n, self.resolution, self.drift * math.sqrt(elapsed_s)), samples)
         if saturated or "saturated" in state.latch.holding:
             names = ", ".join(str(i) for i in range(self.sensors) if saturated >> i & 1)
             state.latch.put(tick, "saturated", bool(saturated), f"sensor {names}")

@@ -1,4 +1,4 @@
-"""Patients from TOML files: presets by name, and files of one's own."""
+"""Patients from TOML files: presets by name, and users' files."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def presets() -> dict[str, str]:
 
 
 def load(file: str | Path) -> Patient:
-    """A preset by its name, or the patient of a TOML file.
+    """Load a preset by name, or the patient of a TOML file.
 
-    Raises InputError, InputErrors: every fault of the file, one line each, with file, key, found and allowed.
+    Raises InputError or InputErrors with every fault of the file.
     """
     text = str(file)
     if isinstance(file, str) and not text.endswith(".toml") and "/" not in text:
         if text not in names():
-            raise InputError(text, "there is no patient of this name", ", ".join(names()),
+            raise InputError(text, "no patient has this name", ", ".join(names()),
                              did_you_mean(text, names()) or "or give the path of a .toml file")
         content = _preset(text)
     else:
@@ -51,17 +51,17 @@ def _preset(name: str) -> bytes:
 
 
 def _tables(name: str, content: bytes) -> dict[str, Any]:
-    """Tables of a patient's file; `name` leads every fault."""
+    """Parse a patient's file; `name` begins every fault."""
     try:
         return tables_of(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:
         raise InputError(name, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
     except TomlError as fault:
-        raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
+        raise InputError(name, f"is not TOML: {fault}", remedy="correct the line") from None
 
 
 def from_table(tables: Mapping[str, Any], name: str = "patient") -> Patient:
-    """The patient that plain tables describe, such as those of a file; `name` leads every fault."""
+    """Make a patient from plain tables, such as those of a file; `name` begins every fault."""
     from fesloop.forms.schema import build, hints_of
     from plants.patients.patient import Patient
 
@@ -75,7 +75,7 @@ def from_table(tables: Mapping[str, Any], name: str = "patient") -> Patient:
             try:
                 sections[key] = build(hints[key], value, {}, key)
             except InputError as fault:
-                every = fault.__cause__  # a section names all its faults; `build` speaks of the first
+                every = fault.__cause__  # a section raises all its faults; `build` raises the first
                 faults += every.faults if isinstance(every, InputErrors) else [fault]
     if not faults:
         try:

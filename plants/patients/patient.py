@@ -1,4 +1,4 @@
-"""One patient: all that the blocks between stimulator and skeleton are told of a person."""
+"""Virtual patients: parameters of the blocks between stimulator and skeleton, random members and days."""
 
 from __future__ import annotations
 
@@ -39,16 +39,17 @@ from plants.patients.sections import (
 )
 
 ADULT_FOREARM_MM = 260.0
-"""Elbow to wrist of the forearm that motor points and arrays are of (chosen, as by `electrodes`)."""
+"""Length of the forearm to which motor points and arrays apply, elbow to wrist (chosen, as in
+`electrodes`)."""
 HEALTHY_MCP, JOINT_SHARE = 0.04, 0.03
-"""Stiffness of a finger's MCP joint, N m/rad, and what of it is the joint's own: the rest are its tendons
-(`plants.hand.model`)."""
+"""Stiffness of a finger's MCP joint, N m/rad, and the part of the joint itself; the rest is that of its
+tendons (`plants.hand.model`)."""
 LEAST_STRENGTH = 1e-4
-"""Of a muscle without nerve (chosen: no force to speak of; MuJoCo divides by it)."""
+"""Strength of a muscle without nerve (chosen: negligible, but not 0, by which MuJoCo would divide)."""
 
 
 def hand(patient: Patient) -> dict[str, Any]:
-    """Parameters of `hand`, and but for the hand's own measures of `myohand`."""
+    """Parameters of `hand` and, without the measures of the hand, of `myohand`."""
     strength, passive = patient.strength, patient.passive
     factors = tuple(
         max(strength.overall * strength.muscles.get(name, 1.0) * (1.0 - strength.denervated.get(name, 0.0)),
@@ -63,7 +64,7 @@ def hand(patient: Patient) -> dict[str, Any]:
 def muscles(patient: Patient, model: str = "") -> dict[str, Any]:
     """Parameters of `muscles`; `model` in place of the patient's.
 
-    `ding2003` has a fatigue of its own: a patient who tires gets it with its own numbers, uncalibrated.
+    `ding2003` has its own fatigue: a patient with fatigue gets its default values, uncalibrated.
     """
     dynamics, voluntary = patient.muscle, patient.voluntary
     model = model or dynamics.model
@@ -85,9 +86,9 @@ def muscles(patient: Patient, model: str = "") -> dict[str, Any]:
 
 
 def electrodes(patient: Patient, elements: int) -> dict[str, Any]:
-    """Parameters of `electrodes` with that many elements.
+    """Parameters of `electrodes` with a number of elements.
 
-    Motor points and arrays lie along the forearm in proportion to its length.
+    Positions of motor points and arrays along the forearm scale with its length.
     """
     person, recruitment, place = patient.anthropometry, patient.recruitment, patient.placement
     length_mm = 1e3 * person.size.forearm
@@ -103,23 +104,23 @@ def electrodes(patient: Patient, elements: int) -> dict[str, Any]:
 
 
 def skin_gains(patient: Patient, elements: int) -> tuple[float, ...]:
-    """Share of each element's current that passes on this day."""
+    """Fraction of each element's current that passes the skin on this day."""
     place = patient.placement
     stream = NoiseStream(stream_key(place.skin_seed, "skin", 0), 1)
-    drawn = np.array([stream.row(element)[0] for element in range(elements)])
-    return tuple(float(gain) for gain in place.skin * np.exp(place.element_sd * drawn))
+    normal = np.array([stream.row(element)[0] for element in range(elements)])
+    return tuple(float(gain) for gain in place.skin * np.exp(place.element_sd * normal))
 
 
 def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, Any]:
-    """What stands in an experiment file for the patient under a block of that kind; empty for other kinds.
+    """Table of an experiment file for the patient and a kind of block; empty for other kinds.
 
-    `own` is what the file says of the block itself, unchecked: it decides on the muscles' model and on the
-    number of elements.
+    `own` is the block's own table in the file, unchecked: it determines the muscles' model and the number of
+    elements.
     """
     if kind in ("hand", "myohand"):
         parameters = hand(patient)
         if kind == "myohand":
-            del parameters["hand"]  # it has a size of its own
+            del parameters["hand"]  # MyoHand has its own size
         return _plain(parameters)
     if kind == "muscles":
         model = own.get("model")
@@ -138,16 +139,16 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
 def safety(patient: Patient, own: Mapping[str, Any]) -> dict[str, Any]:
     """Limits of the `safety` block.
 
-    Raises InputError where the experiment itself says more than the patient may be given.
+    Raises InputError if the experiment itself allows more than the patient's limits.
     """
     limits = cast("dict[str, float]", plain(patient.tolerance))
     for key, limit in limits.items():
-        said = own.get(key)  # one value for all channels, or one for each
-        most = max((value for value in (said if isinstance(said, (list, tuple)) else (said,))
+        declared = own.get(key)  # one value for all channels, or one for each
+        most = max((value for value in (declared if isinstance(declared, (list, tuple)) else (declared,))
                     if isinstance(value, (int, float))), default=limit)
         if most > limit:
             raise InputError(f"safety.{key}", f"{most:g}", f"at most {limit:g} for {patient.name}",
-                             "leave it out, or lower it")
+                             "remove it, or lower it")
     return dict(limits)
 
 
@@ -156,7 +157,7 @@ def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
 
 
 def _elements(arrays: Any) -> int:
-    """Elements of unchecked arrays; 0 where they are not what arrays are, which the check will say."""
+    """Number of elements of unchecked arrays; 0 for invalid ones, which a later check reports."""
     if arrays is None:
         from plants.electrodes.block import Electrodes
 
@@ -170,15 +171,15 @@ def _elements(arrays: Any) -> int:
 
 
 MOST_SD = 2.5
-"""No draw is further from the middle (chosen: the most unusual of a hundred)."""
+"""Greatest deviation of a random value from its middle, in sd (chosen: the most unusual of a hundred)."""
 _NEW_SEEDS = 2**53
 
 
 @dataclass(frozen=True, slots=True)
 class Draws:
-    """Numbers drawn for one member or one day, each from a stream of its own name.
+    """Random numbers of one member or one day, with a separate stream for each quantity.
 
-    So members, days and quantities do not depend on each other, nor on how many there are.
+    Members, days and quantities are therefore independent of each other and of their number.
     """
 
     seed: int
@@ -186,21 +187,21 @@ class Draws:
     number: int
 
     def uniform(self, quantity: str, width: int = 1) -> NDArray[np.float64]:
-        """(width,), in [0, 1)."""
+        """Uniform numbers (width,), in [0, 1)."""
         return NoiseStream(stream_key(self.seed, f"{self.name}/{quantity}", self.number), width,
                            "uniform").row(0)
 
     def near(self, quantity: str, middle: float, sd: float, limits: Limits) -> float:
-        """A normal number around `middle`, within `MOST_SD` and the limits."""
+        """Normal number around `middle`, within `MOST_SD` and the limits."""
         return _truncated(float(self.uniform(quantity)[0]), middle, sd, limits)
 
     def scaled(self, quantity: str, middle: float, sd: float, limits: Limits) -> float:
-        """A lognormal number of median `middle`, `sd` of its logarithm, within `MOST_SD` and the limits."""
+        """Lognormal number of median `middle` and log sd `sd`, within `MOST_SD` and the limits."""
         return _scaled(float(self.uniform(quantity)[0]), middle, sd, limits)
 
     def of_muscles(self, quantity: str, middles: dict[str, float], sd: float, limits: Limits,
                    ) -> dict[str, float]:
-        """Lognormal factors of all muscles, of medians `middles` (where not named, 1)."""
+        """Lognormal factors of all muscles, with medians `middles` (default 1)."""
         if sd == 0.0:
             return middles
         shares = self.uniform(quantity, len(MUSCLES))
@@ -208,12 +209,12 @@ class Draws:
                 for name, share in zip(MUSCLES, shares, strict=True)}
 
     def new_seed(self, quantity: str) -> int:
-        """A seed that nobody else has."""
+        """Seed of a quantity, unique to this member or day."""
         return stream_key(self.seed, f"{self.name}/{quantity}", self.number) % _NEW_SEEDS
 
 
 def _truncated(share: float, middle: float, sd: float, limits: Limits) -> float:
-    """Quantile `share` of the normal distribution around `middle`, cut off."""
+    """Quantile `share` of the truncated normal distribution around `middle`."""
     if sd == 0.0:
         return middle
     low, high = (min(max((limit - middle) / sd, -MOST_SD), MOST_SD) for limit in limits)
@@ -230,11 +231,11 @@ def _scaled(share: float, middle: float, sd: float, limits: Limits) -> float:
 
 
 FARTHEST = 0.1
-"""Share of the forearm's length by which drawn arrays are off at most (chosen: they stay on the forearm)."""
+"""Greatest random displacement of arrays, as a fraction of the forearm's length (chosen: they stay on it)."""
 
 
 def member_of(patient: Patient, spread: CohortSpread, cohort: int, number: int) -> Patient:
-    """Another patient of the same kind."""
+    """Random patient of the same kind."""
     draws = Draws(cohort, f"patient/{patient.name}", number)
     muscle, passive, limits = patient.muscle, patient.passive, LIMITS["muscle"]
     muscle = replace(
@@ -281,12 +282,12 @@ def _recruitment(recruitment: Recruitment, spread: CohortSpread, draws: Draws) -
 
 
 def _voluntary(voluntary: Voluntary, spread: CohortSpread, draws: Draws) -> Voluntary:
-    """Efforts of another patient; what cannot be moved at will stays so."""
-    def drawn(name: str, effort: float) -> float:
+    """Random efforts; an effort of 0 remains 0."""
+    def varied(name: str, effort: float) -> float:
         return draws.near(name, effort, spread.voluntary, LIMITS["voluntary"]["limit"]) if effort else 0.0
 
-    return Voluntary(limit=drawn("voluntary", voluntary.limit), muscles={
-        name: drawn(f"voluntary {name}", effort) for name, effort in voluntary.muscles.items()})
+    return Voluntary(limit=varied("voluntary", voluntary.limit), muscles={
+        name: varied(f"voluntary {name}", effort) for name, effort in voluntary.muscles.items()})
 
 
 def _spasticity(spasticity: Spasticity | None, sd: float, draws: Draws) -> Spasticity | None:
@@ -311,7 +312,7 @@ def _fatigue(fatigue: Fatigue | None, sd: float, draws: Draws) -> Fatigue | None
 
 
 def on_day_of(patient: Patient, spread: DaySpread, number: int) -> Patient:
-    """The patient on a day of that number."""
+    """The patient on a numbered day."""
     draws = Draws(0, f"patient/{patient.name}/day", number)
     strength, recruitment, muscle = patient.strength, patient.recruitment, patient.muscle
     return replace(
@@ -327,7 +328,7 @@ def on_day_of(patient: Patient, spread: DaySpread, number: int) -> Patient:
 
 
 def _placement(patient: Patient, spread: DaySpread, draws: Draws) -> Placement:
-    """Where the arrays lie on that day, and the skin under them."""
+    """Random placement of the arrays, and skin under them, on a day."""
     place, limits = patient.placement, LIMITS["placement"]
     farthest = max(FARTHEST * 1e3 * patient.anthropometry.size.forearm, abs(place.along_mm))
     return Placement(
@@ -339,25 +340,25 @@ def _placement(patient: Patient, spread: DaySpread, draws: Draws) -> Placement:
 
 
 GREATEST_NUMBER = 2**31 - 1
-"""Of cohorts, members and days (chosen)."""
+"""Greatest number of a cohort, member or day (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Patient:
-    """A person, in domain terms. A preset is the middle of its kind; `member` and `on_day` draw from there.
+    """A virtual patient. A preset is the middle of its kind; `member` and `on_day` vary it.
 
     Attributes
     ----------
-    name: of the preset, and of whom was drawn from it: "sci_c6", "sci_c6.1.3" (cohort 1, member 3),
-        "sci_c6.1.3 day 2". Draws depend on it.
-    description: for people.
-    anthropometry, strength, recruitment, muscle, voluntary, passive, placement: what is not said is as in an
-        able-bodied adult.
-    tolerance: what the patient may be given, where that is less than the `safety` block allows.
+    name: name of the preset or of the variant: "sci_c6", "sci_c6.1.3" (cohort 1, member 3),
+        "sci_c6.1.3 day 2". Random values depend on it.
+    description: description for readers.
+    anthropometry, strength, recruitment, muscle, voluntary, passive, placement: sections of the file;
+        defaults are those of an able-bodied adult.
+    tolerance: limits of stimulation below those of the `safety` block.
     fatigue, spasticity, tremor: None for a patient without.
-    cohort, day: how patients of this kind differ, and the days of this one; None once drawn.
+    cohort, day: variation between patients of this kind, and between days; None in a variant.
 
-    Raises InputErrors naming all that contradicts itself.
+    Raises InputErrors with all contradictions.
     """
 
     name: str
@@ -383,7 +384,7 @@ class Patient:
 
     @property
     def hand_size(self) -> HandSize:
-        """What trackers and other blocks that know the hand are told."""
+        """Measures of the hand for trackers and other blocks."""
         return self.anthropometry.size
 
     def hand(self) -> dict[str, Any]:
@@ -391,15 +392,15 @@ class Patient:
         return hand(self)
 
     def muscles(self, model: str = "") -> dict[str, Any]:
-        """Parameters of the `muscles` plant, its model in place of the patient's where it is named."""
+        """Parameters of the `muscles` plant; `model` replaces the patient's if given."""
         return muscles(self, model)
 
     def electrodes(self, elements: int = 59) -> dict[str, Any]:
-        """Parameters of the `electrodes` block with that many elements."""
+        """Parameters of the `electrodes` block with a number of elements."""
         return electrodes(self, elements)
 
     def parameters(self, kind: str, own: Mapping[str, Any]) -> dict[str, Any]:
-        """Plain parameters of a block of that kind, of which an experiment file itself says `own`."""
+        """Plain parameters for a kind of block, whose own table in an experiment file is `own`."""
         return table_of(self, kind, own)
 
     def table(self) -> dict[str, Any]:
@@ -408,43 +409,44 @@ class Patient:
 
     def _contradictions(self) -> Iterator[InputError]:
         if not self.name:
-            yield InputError("name", "is empty", "a name: draws depend on it")
+            yield InputError("name", "is empty", "a name, on which random values depend")
         dead = {name for name, share in self.strength.denervated.items() if share >= 1.0}
         alive = "a muscle with some nerve left, see strength.denervated"
         for name in sorted(dead.intersection(self.spasticity.muscles if self.spasticity else ())):
-            yield InputError("spasticity.muscles", f"{name} is wholly denervated: it has no reflex", alive)
+            yield InputError("spasticity.muscles", f"{name} is completely denervated: it has no reflex",
+                             alive)
         for name in sorted(dead.intersection(self.tremor.muscles if self.tremor else ())):
-            yield InputError("tremor.muscles", f"{name} is wholly denervated: it cannot tremble", alive)
+            yield InputError("tremor.muscles", f"{name} is completely denervated: it has no tremor", alive)
         for name in sorted(dead):
             if self.voluntary.muscles.get(name, 0.0) > 0.0:
-                yield InputError(f"voluntary.muscles.{name}", "is moved at will, but wholly denervated",
-                                 alive)
+                yield InputError(f"voluntary.muscles.{name}", "has voluntary effort, but is completely "
+                                 "denervated", alive)
         if self.spasticity and not (self.spasticity.gain_s and self.spasticity.limit):
-            yield InputError("spasticity", "a reflex that drives nothing", "gain_s and limit above 0",
-                             "leave the section out for a patient without")
+            yield InputError("spasticity", "the reflex has no effect", "gain_s and limit above 0",
+                             "remove the section for a patient without spasticity")
 
     def member(self, *, cohort: int, number: int) -> Patient:
-        """One of the patients of this kind: the same for the same cohort and number, whoever else is drawn.
+        """A random patient of this kind, determined by cohort and number alone.
 
-        Raises InputError for one who was drawn already, or of whose kind no differences are stated.
+        Raises InputError for a patient who is a variant already, or whose file states no variation.
         """
         _require_number("cohort", cohort)
         _require_number("member", number)
         if self.cohort is None:
-            raise InputError(self.name, "states no [cohort] from which members could be drawn", "a preset",
-                             "add the table, empty if all are alike")
-        drawn = member_of(self, self.cohort, cohort, number)
-        return replace(drawn, name=f"{self.name}.{cohort}.{number}", cohort=None)
+            raise InputError(self.name, "has no [cohort] table with the variation between members",
+                             "a preset", "add the table, empty if all are alike")
+        member = member_of(self, self.cohort, cohort, number)
+        return replace(member, name=f"{self.name}.{cohort}.{number}", cohort=None)
 
     def on_day(self, number: int) -> Patient:
-        """The patient on one day: electrodes, skin and condition of that day.
+        """The patient on one day, with its electrode placement, skin and condition.
 
-        Raises InputError where a day was drawn already, or no differences are stated.
+        Raises InputError if the patient is one of a day already, or the file states no variation.
         """
         _require_number("day", number)
         if self.day is None:
-            raise InputError(self.name, "states no [day] from which days could be drawn", "such a patient",
-                             "add the table, empty if all are alike")
+            raise InputError(self.name, "has no [day] table with the variation between days",
+                             "a patient with such a table", "add the table, empty if all are alike")
         return replace(on_day_of(self, self.day, number), name=f"{self.name} day {number}",
                        cohort=None, day=None)
 

@@ -1,4 +1,4 @@
-"""Measures of one patient, in the terms of those who examine patients; a section of the file a class."""
+"""Sections of a patient's file, in clinical terms; one class per section."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from plants.muscles.patient_drive import MuscleTremor, StretchReflex, chosen
 Limits = tuple[float, float]
 
 LIMITS: dict[str, dict[str, Limits]] = {
-    # (chosen: hands from a child of eight years to the largest; arms that carry arrays of 96 mm)
+    # (chosen: hands from a child of eight years to the largest; arms long enough for arrays of 96 mm)
     "anthropometry": {"hand_mm": (130.0, 240.0), "forearm_mm": (160.0, 400.0),
                       "forearm_radius_mm": (25.0, 65.0)},
     # (chosen: from a trace of force, 1 % of the able-bodied adult's, to an athlete's)
     "strength": {"overall": (0.01, 3.0), "muscles": (0.01, 3.0), "denervated": (0.0, 1.0)},
-    # (chosen: nothing within reach of 126 mA tells thresholds further off apart)
+    # (chosen: thresholds beyond these cannot be distinguished with 126 mA)
     "recruitment": {"threshold": (0.1, 10.0), "thresholds": (0.1, 10.0), "spread": (0.0, 1.0),
                     "chronaxie_us": (20.0, 2000.0), "axon_seed": (0.0, 2.0**53)},
     # Delay: 10-20 ms in models, 40-140 measured at the wrist; speed: models are off by up to 5 times from
@@ -38,28 +38,28 @@ LIMITS: dict[str, dict[str, Limits]] = {
     "spasticity": {"gain_s": (0.0, 20.0), "threshold_per_s": (0.0, 20.0), "delay_ms": (10.0, 200.0),
                    "limit": (0.0, 1.0)},
     "tremor": {"activation": (0.0, 0.5), "frequency_hz": (2.0, 15.0), "spread_hz": (0.001, 3.0)},
-    # Shifts of +-10 mm, +-10 deg are to be expected; beyond, the arrays were put on wrongly.
+    # Shifts of +-10 mm, +-10 deg are to be expected; greater ones are mistakes in putting on the arrays.
     "placement": {"along_mm": (-40.0, 40.0), "around_deg": (-45.0, 45.0), "skin": (0.05, 1.5),
                   "element_sd": (0.0, 1.0), "skin_seed": (0.0, 2.0**53)},
     # Stimulators give 126 mA, 126 mA x 500 us = 63 uC, and 50 of them a second.
     "tolerance": {"current_max_ma": (1.0, 126.0), "charge_max_uc": (0.1, 63.0),
                   "charge_per_s_max_uc": (0.1, 3150.0)},
 }
-"""By section of a patient's file; a limit of a table holds for each of its values."""
+"""Ranges by section of a patient's file; the range of a table applies to each of its values."""
 SPREADS: dict[str, Limits] = {
     "hand_mm": (0.0, 40.0), "forearm_radius_mm": (0.0, 15.0), "delay_ms": (0.0, 50.0),
     "voluntary": (0.0, 0.5), "denervated": (0.0, 0.5), "along_mm": (0.0, 20.0), "around_deg": (0.0, 20.0),
     "tremor_hz": (0.0, 5.0)}
-"""Of standard deviations; those that are not named are of logarithms, and go from 0 to 1."""
+"""Ranges of standard deviations; all others are of logarithms, and range from 0 to 1."""
 
 _UNITS = {"_mm": " mm", "_deg": " deg", "_ms": " ms", "_s": " s", "_per_s": " 1/s", "_rad_s": " rad/s",
           "_us": " us", "_hz": " Hz", "_ma": " mA", "_n_m_per_rad": " N m/rad", "_uc": " uC",
           "_per_s_max_uc": " uC/s"}
-"""By the end of a number's name; the last that fits counts."""
+"""Units by the end of a name; the last match applies."""
 
 
 def refuse(section: str, parameters: object, limits: Mapping[str, Limits], *muscle_tables: str) -> None:
-    """Raise InputErrors naming every number of a section outside its limits, and every unknown muscle."""
+    """Raise InputErrors for all numbers of a section outside their ranges, and all unknown muscles."""
     faults = list(_faults(section, parameters, limits, muscle_tables))
     if faults:
         raise InputErrors(faults)
@@ -83,12 +83,12 @@ def _unknown_muscle(where: str, name: str) -> InputError:
     try:
         muscle(name)
     except InputError as fault:
-        return InputError(where, f"there is no muscle {name!r}", fault.allowed, fault.remedy)
+        return InputError(where, f"no muscle is named {name!r}", fault.allowed, fault.remedy)
     raise AssertionError(f"{name} is a muscle")
 
 
 def spread_limits(keys: tuple[str, ...]) -> dict[str, Limits]:
-    """Limits of standard deviations."""
+    """Ranges of standard deviations."""
     return {key: SPREADS.get(key, (0.0, 1.0)) for key in keys}
 
 
@@ -98,10 +98,10 @@ class Anthropometry:
 
     Attributes
     ----------
-    side: of the body.
-    hand_mm: from the wrist's crease to the tip of the middle finger.
-    forearm_mm: from elbow to wrist; left out: in proportion to the hand.
-    forearm_radius_mm: of the cylinder that stands for the forearm.
+    side: side of the body.
+    hand_mm: length from the wrist's crease to the tip of the middle finger.
+    forearm_mm: length from elbow to wrist; default: in proportion to the hand.
+    forearm_radius_mm: radius of the forearm as a cylinder.
     """
 
     side: Literal["left", "right"] = "right"
@@ -116,20 +116,20 @@ class Anthropometry:
 
     @property
     def size(self) -> HandSize:
-        """The hand's measures as skeleton and trackers take them."""
+        """Measures of the hand for skeleton and trackers."""
         return HandSize(side=self.side, hand_mm=self.hand_mm, forearm_mm=self.forearm_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strength:
-    """Peak forces, over those of an able-bodied adult with a hand of the same size.
+    """Peak forces relative to those of an able-bodied adult with a hand of the same size.
 
     Attributes
     ----------
     overall: factor on all muscles.
-    muscles: further factors on single muscles, such as those wasted by disuse.
-    denervated: share of a muscle's fibres whose nerve is dead. Neither will, reflex nor stimulation moves
-        them: pulses of less than a millisecond excite nerves alone.
+    muscles: further factors on single muscles, for example after disuse.
+    denervated: fraction of each muscle's fibres without a nerve. Neither voluntary effort, reflex nor
+        stimulation activates them: pulses of less than a millisecond excite nerves alone.
     """
 
     overall: float = 1.0
@@ -142,15 +142,15 @@ class Strength:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recruitment:
-    """How strongly motor axons must be stimulated.
+    """Excitability of motor axons.
 
     Attributes
     ----------
     threshold: factor on the thresholds of all axons (their median: `plants.electrodes.arrays`).
-    thresholds: further factors on those of single muscles.
+    thresholds: further factors for single muscles.
     spread: standard deviation of the logarithm of thresholds within a muscle.
-    chronaxie_us: of the axons.
-    axon_seed: of the places of the axons: another person, another number.
+    chronaxie_us: chronaxie of the axons.
+    axon_seed: seed of the axons' positions, which differs between persons.
     """
 
     threshold: float = 1.0
@@ -165,13 +165,14 @@ class Recruitment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MuscleDynamics:
-    """How stimulated muscle contracts.
+    """Contraction of stimulated muscle.
 
     Attributes
     ----------
-    model: of the `muscles` block.
+    model: model of the `muscles` block.
     delay_ms: electromechanical delay.
-    natural_rad_s: of linear activation dynamics, critically damped; of will and reflex, too.
+    natural_rad_s: natural frequency of linear activation dynamics, critically damped, also of voluntary
+        effort and reflex.
     fusion_hz: stimulation frequency of half the fused force.
     """
 
@@ -186,13 +187,13 @@ class MuscleDynamics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fatigue:
-    """How muscles tire and recover.
+    """Fatigue and recovery of muscles.
 
     Attributes
     ----------
-    condition: whose numbers these are (`plants.muscles.fitness`).
-    endurance: factor on the time that it takes to tire.
-    floor, fatigue_s, recovery_s, frequency_weight: in place of the condition's numbers.
+    condition: condition that sets the parameters (`plants.muscles.fitness`).
+    endurance: factor on the time constant of fatigue.
+    floor, fatigue_s, recovery_s, frequency_weight: values in place of the condition's.
     """
 
     condition: Literal["able_bodied", "sci_acute", "sci_chronic"] = "able_bodied"
@@ -209,7 +210,7 @@ class Fatigue:
 
     @property
     def of_muscles(self) -> MuscleFatigue:
-        """The fitness equation's numbers."""
+        """Fitness equation of the `muscles` block."""
         given = {key: value for key, value in asdict(self).items()
                  if key not in ("condition", "endurance") and value is not None}
         common = replace(CONDITIONS[self.condition], **given)
@@ -218,14 +219,14 @@ class Fatigue:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Placement:
-    """How the arrays were put on this day, and the skin under them.
+    """Placement of the arrays on one day, and the skin under them.
 
     Attributes
     ----------
-    along_mm, around_deg: from where they should lie, towards the wrist and towards the radial side.
-    skin: share of the current that passes.
+    along_mm, around_deg: displacement towards the wrist and towards the radial side.
+    skin: fraction of the current that passes the skin.
     element_sd: standard deviation of its logarithm between elements.
-    skin_seed: of the elements: another day, another number.
+    skin_seed: seed of the elements' skin, which differs between days.
     """
 
     along_mm: float = 0.0
@@ -240,15 +241,15 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tolerance:
-    """What the patient may be given: limits of the `safety` block in place of its own.
+    """Limits of stimulation for the patient, in place of those of the `safety` block.
 
-    Less than it allows where skin does not feel, for one. Left out: the block's.
+    They may be lower, for example for insensitive skin. Default: the block's.
 
     Attributes
     ----------
-    current_max_ma: of a pulse.
-    charge_max_uc: of a phase.
-    charge_per_s_max_uc: of one phase, summed up over a second on one channel.
+    current_max_ma: limit of a pulse's current.
+    charge_max_uc: limit of a phase's charge.
+    charge_per_s_max_uc: limit of one phase's charge, summed over a second on one channel.
     """
 
     current_max_ma: float | None = None
@@ -261,12 +262,12 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Voluntary:
-    """What the patient can do at will.
+    """Voluntary movement.
 
     Attributes
     ----------
-    limit: greatest effort, of each muscle's force; 0: none.
-    muscles: the greatest effort of single muscles, in place of it.
+    limit: greatest effort, as a fraction of each muscle's force; 0: none.
+    muscles: greatest effort of single muscles, in place of it.
     """
 
     limit: float = 1.0
@@ -278,14 +279,14 @@ class Voluntary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Passive:
-    """What resists movement in the relaxed hand.
+    """Passive resistance of the relaxed hand.
 
     Attributes
     ----------
-    mcp_n_m_per_rad: stiffness of a finger's MCP joint, tendons included, of a hand of 190 mm.
+    mcp_n_m_per_rad: stiffness of a finger's MCP joint, tendons included, for a hand of 190 mm.
     stiffness, damping, tension: factors on the joints' stiffness and damping, and on passive tension of the
         muscles.
-    rest_deg: resting posture by freedom, where it differs from health's.
+    rest_deg: resting posture by freedom, where it differs from that of a healthy hand.
     """
 
     mcp_n_m_per_rad: float = 0.04
@@ -306,7 +307,7 @@ class Passive:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spasticity:
-    """Stretch reflex; attributes as of `plants.muscles.patient_drive.StretchReflex`."""
+    """Stretch reflex; attributes as in `plants.muscles.patient_drive.StretchReflex`."""
 
     gain_s: float = 0.5
     threshold_per_s: float = 0.1
@@ -320,7 +321,7 @@ class Spasticity:
 
     @property
     def reflex(self) -> StretchReflex:
-        """As the `muscles` block takes it."""
+        """Parameter of the `muscles` block."""
         return StretchReflex(gain_s=self.gain_s, threshold_per_s=self.threshold_per_s,
                              delay_ms=self.delay_ms, limit=self.limit, muscles=self.muscles)
 
@@ -331,10 +332,10 @@ class Tremor:
 
     Attributes
     ----------
-    activation: rms of what goes to extensors and, in turn, to all others.
-    frequency_hz: the patient's.
-    spread_hz: how far its components lie from it, sd.
-    muscles: names of those that tremble; empty: all.
+    activation: rms of the drive of extensors and, in alternation, of all other muscles.
+    frequency_hz: the patient's frequency.
+    spread_hz: sd of the components' frequencies.
+    muscles: names of the trembling muscles; empty: all.
     """
 
     activation: float = 0.03
@@ -348,22 +349,22 @@ class Tremor:
 
     @property
     def of_muscles(self) -> MuscleTremor:
-        """As the `muscles` block takes it."""
+        """Parameter of the `muscles` block."""
         return MuscleTremor(activation=self.activation, band_hz=(self.frequency_hz, self.frequency_hz),
                             spread_hz=self.spread_hz, muscles=self.muscles)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CohortSpread:
-    """Standard deviations between patients of one kind; 0: all have the preset's number.
+    """Standard deviations between patients of one kind; 0: all have the preset's value.
 
     Attributes
     ----------
-    hand_mm, forearm_radius_mm: mm. delay_ms: ms. tremor_hz: Hz. voluntary: of the greatest efforts above 0.
-    denervated: of the shares above 0. All others are of logarithms:
-    strength, muscle_strength: of all muscles together, and further of each for itself.
+    hand_mm, forearm_radius_mm: in mm. delay_ms: in ms. tremor_hz: in Hz. voluntary: of greatest efforts above
+        0. denervated: of fractions above 0. All others are of logarithms:
+    strength, muscle_strength: strength of all muscles together, and in addition of each muscle.
     threshold, muscle_threshold: likewise.
-    natural, endurance, mcp, spasticity: speed, endurance, MCP stiffness, reflex gain.
+    natural, endurance, mcp, spasticity: natural frequency, endurance, MCP stiffness, reflex gain.
     """
 
     hand_mm: float = 0.0
@@ -387,12 +388,13 @@ class CohortSpread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DaySpread:
-    """Standard deviations between one patient's days; 0: no day differs.
+    """Standard deviations between one patient's days; 0: all days are alike.
 
     Attributes
     ----------
-    along_mm, around_deg: of the arrays' place, mm and deg. delay_ms: ms. All others are of logarithms:
-    skin, element: share of the current that passes, of all elements together and of each for itself.
+    along_mm, around_deg: displacement of the arrays, mm and deg. delay_ms: in ms. All others are of
+        logarithms:
+    skin, element: fraction of the current that passes the skin, of all elements together and of each.
     strength, threshold, endurance, spasticity: as in a cohort.
     """
 

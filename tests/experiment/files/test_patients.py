@@ -132,7 +132,7 @@ def test_axons_are_the_persons_and_not_the_runs(tmp_path):
 
 
 @pytest.mark.parametrize(("settings", "starts"), [
-    (("patient.file=sci_c7",), ["patient: sci_c7: there is no patient of this name"]),
+    (("patient.file=sci_c7",), ["patient: sci_c7: no patient has this name"]),
     (("patient.file=nobody.toml",), ["patient: nobody.toml: cannot be read"]),
     (("patient.member=-1",), ["patient: member: -1"]),
     (("patient.member=1.5",), ["patient.member: 1.5"]),

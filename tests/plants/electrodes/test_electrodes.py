@@ -348,7 +348,8 @@ def test_a_message_that_is_held_fires_once():
     (lambda: ElectrodeArray(positions=((0.0,),)), "array.positions"),
     (lambda: AxonScatter(count=0), "axons.count"),
     (lambda: AxonScatter(count=10**9), "axons.count: 1000000000; allowed: at most"),
-    (lambda: MotorPoint(muscle="INT2", around_deg=0.0, along_mm=1.0, depth_mm=1.0), "inside the hand"),
+    (lambda: MotorPoint(muscle="INT2", around_deg=0.0, along_mm=1.0, depth_mm=1.0),
+     "is a muscle of the hand"),
     (lambda: MotorPoint(muscle="EDC1", around_deg=0.0, along_mm=1.0, depth_mm=1.0), "did you mean"),
 ])
 def test_bad_parameters_are_named(make, named):

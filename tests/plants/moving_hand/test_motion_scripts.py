@@ -52,5 +52,5 @@ def test_an_hour_lasts_an_hour_with_ten_still_minutes():
 def test_an_unknown_script_is_named_with_the_nearest():
     with pytest.raises(InputError, match="kortier_pinch"):
         MovingHand(script="kortier_pinsh")
-    with pytest.raises(InputError, match="beside"):
+    with pytest.raises(InputError, match="is given with a script"):
         MovingHand(script="P1", rest_deg={"F2_pip_flexion": 1.0})

@@ -163,7 +163,7 @@ def test_phases_that_make_no_sense_are_refused(fault):
 def test_a_contact_out_of_reach_is_refused():
     far = Contact(first="F2 tip", second="F3 tip", distance_mm=300.0)
     plant = MovingHand(phases=(Phase(duration_s=1.0, contacts=(far,)),))
-    with pytest.raises(InputError, match="reaches"):
+    with pytest.raises(InputError, match="reach"):
         plant.init(Context("hand", 1))
     with pytest.raises(InputError, match="F6"):
         Contact(first="F6 tip", second="F2 tip")

@@ -164,7 +164,7 @@ def test_a_longer_forearm_carries_motor_points_and_arrays_further_down():
     ({"anthropometry": {"hand_mm": 20.0}}, "anthropometry.hand_mm: 20"),
     ({"anthropometry": {"side": "both"}}, "anthropometry.side"),
     ({"strength": {"overall": -1.0}}, "strength.overall: -1"),
-    ({"strength": {"muscles": {"FDX": 1.0}}}, "strength.muscles.FDX: there is no muscle"),
+    ({"strength": {"muscles": {"FDX": 1.0}}}, "strength.muscles.FDX: no muscle is named"),
     ({"strength": {"denervated": {"FDP2": 1.2}}}, "strength.denervated.FDP2: 1.2"),
     ({"recruitment": {"threshold": 0.0}}, "recruitment.threshold: 0"),
     ({"recruitment": {"axon_seed": -1}}, "recruitment.axon_seed: -1"),
@@ -178,7 +178,7 @@ def test_a_longer_forearm_carries_motor_points_and_arrays_further_down():
     ({"passive": {"rest_deg": {"F9": 1.0}}}, "passive.rest_deg"),
     ({"passive": {"mcp_n_m_per_rad": 0.0}}, "passive.mcp_n_m_per_rad: 0"),
     ({"spasticity": {"muscles": ["FDS9"]}}, "spasticity.muscles"),
-    ({"spasticity": {"gain_s": 0.0}}, "spasticity: a reflex that drives nothing"),
+    ({"spasticity": {"gain_s": 0.0}}, "spasticity: the reflex has no effect"),
     ({"tremor": {"frequency_hz": 40.0}}, "tremor.frequency_hz: 40"),
     ({"placement": {"along_mm": 400.0}}, "placement.along_mm: 400"),
     ({"cohort": {"strength": -0.1}}, "cohort.strength: -0.1"),
@@ -199,9 +199,9 @@ def test_impossible_patients_are_refused_by_name(sections, where):
 
 
 @pytest.mark.parametrize(("sections", "where"), [
-    ({"spasticity": {"muscles": ["FDP2"]}}, "spasticity.muscles: FDP2 is wholly denervated"),
-    ({"tremor": {"muscles": ["FDP2"]}}, "tremor.muscles: FDP2 is wholly denervated"),
-    ({"voluntary": {"muscles": {"FDP2": 0.1}}}, "voluntary.muscles.FDP2: is moved at will"),
+    ({"spasticity": {"muscles": ["FDP2"]}}, "spasticity.muscles: FDP2 is completely denervated"),
+    ({"tremor": {"muscles": ["FDP2"]}}, "tremor.muscles: FDP2 is completely denervated"),
+    ({"voluntary": {"muscles": {"FDP2": 0.1}}}, "voluntary.muscles.FDP2: has voluntary effort"),
 ])
 def test_what_contradicts_itself_is_refused(sections, where):
     lines = refused(strength={"denervated": {"FDP2": 1.0}}, **sections)
