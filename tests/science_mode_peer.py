@@ -26,7 +26,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fesloop.loop.machine import asked_of_machine
+from fesloop.loop.machine import realtime_privileges
 
 
 def checksum(content: bytes | bytearray) -> int:
@@ -265,7 +265,7 @@ def main(link: Path, log: Path) -> None:
     os.set_blocking(line, False)
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
     os.write(file, f"{time.monotonic_ns()}\topen\t\n".encode())
-    with asked_of_machine(False, _PRIORITY):
+    with realtime_privileges(False, _PRIORITY):
         Peer(line, far_end, file).live()
 
 

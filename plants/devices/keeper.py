@@ -30,7 +30,7 @@ import time
 from contextlib import suppress
 from types import FrameType
 
-from fesloop.loop.machine import asked_of_machine, attainable
+from fesloop.loop.machine import attainable, realtime_privileges
 from plants.devices.driver import DeviceFault, Pulses, StimulatorDriver, driver_at, driver_faults
 from plants.devices.messages import (
     MOST_BYTES,
@@ -256,7 +256,7 @@ def main(line_file: int) -> None:
         return
     keeper = Keeper(terms, device, line, loop)
     signal.signal(signal.SIGTERM, keeper.end_when_asked)
-    with asked_of_machine(True, attainable(_PRIORITY)) as granted:
+    with realtime_privileges(True, attainable(_PRIORITY)) as granted:
         with suppress(OSError):
             line.send(note_bytes(ready=True, memory=granted.memory, scheduling=granted.scheduling))
         keeper.keep()
