@@ -6,9 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_lyapunov
 
-from fesloop.analysis.theory.period_map import PeriodMap
+from fesloop.analysis.theory.period_map import Draw, Flow, PeriodMap
 from fesloop.analysis.theory.second_moments import SecondMoments
-from fesloop.analysis.theory.steps import Draw, Flow
 
 
 def flow(matrix, noise=None, readings=1):

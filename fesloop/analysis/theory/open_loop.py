@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fesloop.analysis.theory.linear_loop import linear_loop, within_floats
 from fesloop.analysis.theory.loop import LinearLoop
-from fesloop.analysis.theory.period_map import _Period
+from fesloop.analysis.theory.period_map import PeriodRun
 from fesloop.analysis.theory.schedule import Delivery, schedule
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
@@ -58,7 +58,7 @@ def open_loop(loop: LinearLoop | Experiment, wire: str = "") -> control.StateSpa
     raise fault
 
 
-class _CutPeriod(_Period):
+class _CutPeriod(PeriodRun):
     """A period in which the target of one wire reads an input from outside."""
 
     def __init__(self, loop: LinearLoop, cut: Connection) -> None:

@@ -17,8 +17,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, gmres
 
 from fesloop.analysis.theory.linear_loop import within_floats
-from fesloop.analysis.theory.period_map import PeriodMap
-from fesloop.analysis.theory.steps import Draw, Flow
+from fesloop.analysis.theory.period_map import Draw, Flow, PeriodMap
 from fesloop.errors import RunError
 
 Array = NDArray[np.float64]
