@@ -88,8 +88,7 @@ class Agreement:
         `factor` times `axes` @ rates explains it; "exchange", where the rates of sensor `other` do;
         "disagrees", where nothing of this does better than no turn at all.
     axes: (3, 3), signed permutation.
-    factor: by which the rates would have to be multiplied; of "no_information" what is likelier than 1, not
-        shown.
+    factor: of the rates that explains gravity; of "no_information" one that is likelier than 1, not shown.
     other: number of a sensor; its own where it is not an exchange.
     """
 

@@ -1,7 +1,7 @@
-"""Decoders of files that others wrote, run in the reader process of `fesloop.streams.reading`.
+"""Decoders of foreign files, run in the reader process of `fesloop.streams.reading`.
 
-Each uses the library of its field and gives plain content: tables by key, lists, text, numbers and arrays.
-Limits of memory and time are the process's, so that nothing here guards against what a file declares.
+Each uses the library of its field and returns plain content: tables by key, lists, text, numbers and arrays.
+Memory and time of the process are limited, so that no decoder guards against the sizes that a file declares.
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ def pace_of(times_s: Array, stated_hz: float = 0.0) -> Pace:
 
 
 def _likely_period(times_s: Array, steps: Array, stated_hz: float) -> float:
-    """A first guess: the usual step, unless samples come in bursts; then what is stated, or a longer mean."""
+    """A first guess: the usual step; where samples come in bursts the stated period, or a longer mean."""
     usual = float(np.median(steps))
     if stated_hz > 0.0 and usual * stated_hz < _IN_PACKET:
         size = steps.size / max(1, int((steps * stated_hz >= _IN_PACKET).sum()))

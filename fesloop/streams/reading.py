@@ -1,8 +1,8 @@
-"""Reads files that others wrote in a process of its own, whose memory and time are limited.
+"""Reads foreign files in a separate process whose memory and time are limited.
 
-Decoders belong to other projects (pyxdf, SciPy, h5py, NumPy) and a damaged file makes them crash, loop for
-ever or allocate what is nowhere. In the reader process (`fesloop.streams.decoders`) each of these is one
-InputError here. Arrays, numbers and text come back through a pipe; nothing that is in a file is executed or
+Decoders belong to other projects (pyxdf, SciPy, h5py, NumPy), and a damaged file makes them crash, loop for
+ever or allocate more memory than there is. In the reader process (`fesloop.streams.decoders`) each of these
+becomes one InputError. Arrays, numbers and text come back through a pipe; nothing in a file is executed or
 unpickled. One process serves several files, and ends when none has come for a while.
 """
 

@@ -1,9 +1,9 @@
-"""`fesloop bench lsl`: from a sample sent to the command that answers it, beside the bare way of the sample.
+"""`fesloop bench lsl`: latency from a sample sent to its command received, and of the bare sample.
 
 Four processes on one machine: a sender of 16 sensors with nine channels each at 100 Hz, the loop of the
 shipped experiment `hil_live` in step with the wall clock (tracker, MPC, safety block, outlet, recording on
 disk), a receiver of its commands, and one that receives the samples themselves, which is the bare loopback.
-Commands carry the capture of the sample that they answer. Latencies are of the same samples.
+Commands carry the capture of their sample. Latencies are of the same samples.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from fesloop.streams.live.library import open_library
 
 Array = NDArray[np.float64]
 SECONDS, SHORT_S, WARM_UP_S = 60.0, 10.0, 2.0
-"""How long the loop runs, and what of it is not counted: caches, and a tracker that finds the posture."""
+"""Duration of the loop, and its beginning, not counted, in which caches fill and the tracker aligns."""
 _STARTING_S = 120.0
 _MATCH_S = 1e-3
-"""How far a command's stamp may be off that of its sample: the offset between two clocks is measured anew now
-and then, a sample comes every 10 ms."""
+"""Difference allowed between the stamps of a command and of its sample: the offset between two clocks is
+measured repeatedly, and a sample comes every 10 ms."""
 
 
 def run(short: bool = False, seconds: float | None = None, priority: int = 0,
         progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """Rows for the bare loopback and end to end, us; no rows, with the reason, where liblsl is missing.
 
-    `priority` is that of the loop, as of `fesloop run`; 0 for none. `excess_p99_us` is by how much the 99th
-    percentile end to end lies above that of the bare loopback.
+    `priority` is that of the loop, as of `fesloop run`; 0 for none. `excess_p99_us` is the 99th
+    percentile end to end less that of the bare loopback.
     """
     try:
         open_library()

@@ -1,12 +1,12 @@
-"""`fesloop bench stream_faults`: what becomes of current when the sensors' stream goes wrong.
+"""`fesloop bench stream_faults`: time to zero current after a fault of the sensors' stream.
 
-A session of `hil_live` with a `dry` stimulator directly behind its safety block, and a sender in another
-process that goes wrong at random moments, now in one way, now in another, and right again in between. A jump
-is tried on a stream of joint angles in place of sensors and tracker: one of inertial samples, each of which
-could be true, is no fault that anybody can tell. A row a fault: the time from its first sample to zero
-current that lasts, as the device's own log has it. `reference` is the stated time, so that `ratio`, of the
-worst, must be below 1; `stated_held` and `cause_named`: of how many. Only faults that begin while the patient
-is stimulated count; `not_stimulated` says how many did not.
+A session of `hil_live` has a `dry` stimulator directly behind its safety block, and a sender in another
+process that is faulty at random moments, in various ways, and sound in between. A jump is tested on a stream
+of joint angles in place of sensors and tracker: a jump of inertial samples, each of which is plausible, cannot
+be detected. Each row is a fault: the time from its first sample to lasting zero current in the device's own
+log. `reference` is the stated time, so that `ratio`, of the worst, must be below 1; `stated_held` and
+`cause_named` count faults. Only faults that begin while the patient is stimulated count; `not_stimulated`
+counts the others.
 """
 
 from __future__ import annotations
@@ -63,19 +63,19 @@ _VALUES = {"jump": _HELD_S + _GOES_S, "clock": -1.0, "rate": 0.5}
 Half way between them it would lead to where it is, so that jumps begin where it is held."""
 _MANY, _FEW = 50, 3
 _LENGTH_S, _REST_S = 0.9, (3.0, 4.0)
-"""Of a fault, and between two: the stimulation begins anew a second after the posture is sound."""
+"""Durations of a fault, and between two: stimulation resumes a second after the posture is sound."""
 _BEGIN_S = 6.0
 _A_SESSION = 40
 """Faults in one session: some three minutes (chosen)."""
 _HOLD_MS = 1000.0
-"""The keeper of the device is not what is tried here: it waits for longer than the safety block takes."""
+"""The watchdog of the device is not tested here: it waits for longer than the safety block takes."""
 _STARTING_S = 120.0
 _RATE_HZ = 100.0
 _JOINTS = ("F2_mcp_flexion", "F2_pip_flexion", "F2_dip_flexion")
 
 
 class Outcome(NamedTuple):
-    """What came of one fault: time to zero current, ms, infinite for never; whether the cause was told."""
+    """Outcome of one fault: time to zero current, ms, inf for never; whether a status named the cause."""
 
     zero_ms: float
     named: bool
@@ -109,7 +109,7 @@ def run(short: bool = False, seed: int | None = None, progress: Callable[[float]
 
 
 def _sessions(kinds: Sequence[str], moments: int, chance: random.Random) -> list[list[SenderFault]]:
-    """Each kind so often, in random order, by sessions; what is tried on a posture is so in its own."""
+    """Sessions with each kind of fault so often, in random order; those on a posture are sessions apart."""
     planned = []
     for of_posture in (False, True):
         order = [kind for kind in kinds for _ in range(moments) if (kind == _OF_POSTURE) == of_posture]
@@ -138,7 +138,7 @@ def _held_from(begin_s: float) -> float:
 
 
 def _session(faults: Sequence[SenderFault]) -> list[Outcome | None]:
-    """What came of each; None where it met no stimulation."""
+    """The outcome of each fault; None where it met no stimulation."""
     context = multiprocessing.get_context("spawn")
     begun: SimpleQueue[int] = context.SimpleQueue()
     stream = f"samples of bench {os.getpid()}"
@@ -199,7 +199,7 @@ def _experiment(stream: str, log: Path, seconds: float, of_posture: bool) -> Exp
 
 def _judged(faults: Sequence[SenderFault], begun_ns: int, rows: Sequence[Given],
             path: Path) -> list[Outcome | None]:
-    """What the device's log and the recording tell of each fault."""
+    """The outcome of each fault, from the device's log and the recording."""
     with Recording(path) as recording:
         origin = int(recording.origins["monotonic_ns"][0])
         events = [(origin + event.time_ns, event.status) for event in recording.events]
@@ -214,8 +214,10 @@ def _judged(faults: Sequence[SenderFault], begun_ns: int, rows: Sequence[Given],
 
 
 def zero_within_ms(rows: Sequence[Given], first_ns: int, last_ns: int) -> float | None:
-    """From the first instant to zero current that lasts until the last one, ms; infinite where it does not
-    come, None where there was no current at the first."""
+    """Time from the first instant to zero current that lasts until the last one, ms.
+
+    Infinite where it does not come, None where there was no current at the first.
+    """
     before = [row for row in rows if row.stamp_ns <= first_ns]
     if not before or not before[-1].on:
         return None

@@ -118,7 +118,7 @@ class Replay:
         return (*self._doubts, *((("recording_incomplete", self._missing),) if self._missing else ()))
 
     def init(self, context: Context) -> None:
-        """No state: what is played is a function of the tick."""
+        """No state: the sample is a function of the tick."""
 
     def step(self, state: Any, inputs: Any, tick: Tick) -> tuple[Value, ...]:
         """The sample of this tick, read-only."""

@@ -34,7 +34,7 @@ class Select(BlockToControl):
         if not self.indices:
             raise InputError("indices", "no index", "one or more")
         if self.size < 0:
-            raise InputError("size", f"{self.size}", "1 or more, or 0 for what is wired in")
+            raise InputError("size", f"{self.size}", "1 or more, or 0 for the size of the wire")
         most = self.size - 1 if self.size else None
         for index in self.indices:
             if index < 0 or (most is not None and index > most):

@@ -53,8 +53,8 @@ def sensors_of(channels: Mapping[int, Channel], table: Array, where: str,
                left_out: Sequence[str] = (), choose: str = "") -> dict[str, dict[str, Array]]:
     """Samples in SI of each sensor, {sensor: {quantity: (n, 3)}}, from the columns of a table (n, columns).
 
-    Raises InputError for an axis that is missing or there twice, or a unit that is not known; what is
-    missing may be among the channels that were left out. `choose` is what to do about what is there twice.
+    Raises InputError for an axis that is missing or there twice, or a unit that is not known; a missing axis
+    may be among the channels that were left out. `choose` is the remedy for two of one axis.
     """
     columns: dict[tuple[str, str], dict[int, int]] = {}
     for number, channel in channels.items():

@@ -25,7 +25,7 @@ _LONGEST_S = 4e9
 
 
 class StreamLost(Exception):
-    """The sender is gone; the text says what is there in its place, if anything."""
+    """The sender is gone; the text names the streams in its place, if any."""
 
 
 class Pulled(NamedTuple):
