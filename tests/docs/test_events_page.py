@@ -64,8 +64,8 @@ INDIRECT = {
     ("plants/stimulator/block.py", "status"): _DEVICE_LIMITS,
     ("fesloop/loop/assembly.py", "status"): (),  # what blocks have reported
     ("fesloop/loop/record.py", "status"): (),  # what is put
-    ("fesloop/streams/blocks/replay.py", "self._told()"): (
-        "fesloop/streams/blocks/replay.py:_told", "fesloop/streams/doubts.py:_doubts"),
+    ("fesloop/streams/blocks/replay.py", "self._reports()"): (
+        "fesloop/streams/blocks/replay.py:_reports", "fesloop/streams/doubts.py:_doubts"),
     ("fesloop/streams/live/inlet.py", "note.status"): (
         "fesloop/streams/live/reader.py:judge", "fesloop/streams/live/reader.py:_doubts",
         "fesloop/streams/live/reader.py:note", "fesloop/streams/live/reader.py:attach",

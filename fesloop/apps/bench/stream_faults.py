@@ -2,9 +2,9 @@
 
 A session of `hil_live` has a `dry` stimulator directly behind its safety block, and a sender in another
 process that is faulty at random moments, in various ways, and sound in between. A jump is tested on a stream
-of joint angles in place of sensors and tracker: a jump of inertial samples, each of which is plausible, cannot
-be detected. Each row is a fault: the time from its first sample to lasting zero current in the device's own
-log. `reference` is the stated time, so that `ratio`, of the worst, must be below 1; `stated_held` and
+of joint angles in place of sensors and tracker: a jump of inertial samples, each of them plausible, cannot be
+detected. Each row is a fault: the time from its first sample to lasting zero current in the device's own log.
+`reference` is the stated time, so that `ratio`, of the worst, must be below 1; `stated_held` and
 `cause_named` count faults. Only faults that begin while the patient is stimulated count; `not_stimulated`
 counts the others.
 """
