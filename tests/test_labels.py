@@ -18,7 +18,7 @@ from fesloop.analysis.study import load as load_study
 from fesloop.analysis.study.engine.coordinator import Summary
 from fesloop.analysis.study.engine.worker import ResultSpec, run_one
 from fesloop.apps.cli import main
-from fesloop.apps.cli.run_command import _kept_time
+from fesloop.apps.cli.run_command import _pacing_rows
 from fesloop.apps.cli.study_command import _show
 from fesloop.apps.reproduce.comparison import band
 from fesloop.errors import InputError, InputErrors
@@ -39,7 +39,7 @@ def test_a_class_of_lateness_counts_what_its_label_says(late):
             "collections": 0.0, "worst_collection_ms": 0.0, "worst_write_ms": 0.0, "memory": "",
             "scheduling": ""}
     seen = 0
-    for label, count in _kept_time(told):
+    for label, count in _pacing_rows(told):
         if found := re.fullmatch(rf"late by {NUMBER} to {NUMBER} ms", label):
             low, high = map(float, found.groups())
         elif found := re.fullmatch(rf"late by {NUMBER} ms or more", label):

@@ -34,6 +34,7 @@ def test_one_row_a_size_in_the_shape_of_every_bench(scripts, monkeypatch, capsys
     assert "do-mpc is not installed" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_what_both_solve_is_the_optimum_of_the_peers_programme(scripts):
     made = problems("S", 150)
     told = sys.modules["mpc_problem"]
