@@ -19,6 +19,11 @@ STREAMS_LIVE = ("tests/streams/live", "tests/bench/test_lsl", "tests/bench/test_
                 "tests/view/test_posture_stream")
 """Tests that send and receive over Lab Streaming Layer, which every process of a network hears."""
 
+ORDER = {**dict.fromkeys(("conformance", "controllers", "estimators", "hand", "loop", "models", "plants"), 0),
+         **dict.fromkeys(("experiment", "picture", "tracker_error"), 2)}
+"""Tests that compile what they are about come first, tests of what is made of it last: of two processes that
+begin with the first and the second half, one compiles for both."""
+
 
 def outside(variable, default):
     """A folder named by an environment variable; the test skips where it is absent."""
@@ -41,7 +46,8 @@ def peers():
 
 
 def pytest_collection_modifyitems(items):
-    """Mark tests that use a browser, and group those whose streams would find each other by name."""
+    """Mark tests that use a browser, group those whose streams find each other by name, and order all."""
+    items.sort(key=lambda item: ORDER.get(item.path.relative_to(ROOT).parts[1], 1))
     for item in items:
         if "chromium" in item.fixturenames:
             item.add_marker(pytest.mark.browser)
