@@ -99,7 +99,7 @@ def test_a_foreign_file_is_told_in_one_line(tmp_path, content):
 def test_a_foreign_database_is_told_in_one_line(tmp_path):
     path = tmp_path / "a.sqlite"
     tell(path, "CREATE TABLE music (title TEXT)")
-    with pytest.raises(InputError, match="no study's store"):
+    with pytest.raises(InputError, match="not a study's store"):
         study_page(path)
 
 

@@ -40,8 +40,8 @@ def test_of_a_list_with_gaps_only_an_end_can_be_told():
 @pytest.mark.parametrize(("path", "fault"), [
     ("eror", r"study\.metrics\.m: a run has no metric 'eror'; allowed: error, joints; did you mean 'error'"),
     ("joints.MPC.e", r"no metric 'joints\.MPC'; allowed: MCP; did you mean 'MCP'"),
-    ("error.x", r"no metric 'error\.x'"), ("joints.MCP", "is no number; .*name one below it"),
-    ("joints.MCP.text", "is no number")])
+    ("error.x", r"no metric 'error\.x'"), ("joints.MCP", "is not a number; .*name one below it"),
+    ("joints.MCP.text", "is not a number")])
 def test_a_path_that_leads_to_no_number_is_named(path, fault):
     with pytest.raises(InputError, match=fault):
         kept(path, {"error": [1.0], "joints": {"MCP": {"e": 1.0, "text": "x"}}})

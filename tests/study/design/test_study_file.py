@@ -107,8 +107,8 @@ SPAN = {"start": 0, "stop": 1}
     (changed(prepare={"model": {"experiment": "identify_grasp", "axes": ["member"]}}),
      r"prepare\.model\.axes: there is no axis 'member'"),
     (changed(prepare={"model": {"experimen": "identify_grasp"}}), r"prepare\.model\.experimen"),
-    (changed(forms={"full": 3}), "forms: is no table of tables"),
-    (changed(forms={"../a": {}}), r"forms\.\.\./a: is no name"),
+    (changed(forms={"full": 3}), "forms: is not a table of tables"),
+    (changed(forms={"../a": {}}), r"forms\.\.\./a: is not a name"),
     (changed(axes=[1]), r"axes: \[1\] is a list")])
 def test_every_fault_of_a_study_is_named_without_a_cell_being_made(document, fault):
     with pytest.raises(InputError, match=fault) as raised:

@@ -150,7 +150,7 @@ def test_a_run_that_ends_its_worker_each_time_is_failed_and_all_others_are_done(
 @pytest.mark.parametrize(("settings", "metrics", "fault"), [
     (["blocks.harmful.deed=raise"], 'e = "joint_rmse_deg"', "base experiment itself fails: ValueError: harm"),
     ([], 'e = "joint_rmse"', "study.metrics.e: a run has no metric 'joint_rmse'.*mean 'joint_rmse_deg'"),
-    ([], 'e = "joints"', "'joints' is no number")])
+    ([], 'e = "joints"', "'joints' is not a number")])
 def test_a_base_that_fails_is_named_before_anything_runs(address, tmp_path, settings, metrics, fault):
     name = harmful_experiment(tmp_path)
     study = read_study(write_study(tmp_path, LATENCIES, experiment=name, settings=settings, metrics=metrics))

@@ -160,7 +160,7 @@ def test_a_median_of_differences_may_be_asked_for(common):
     (PID, {"latency_ms": 0}, {}, "do not name the same axes"), ({}, {}, {}, "do not name the same axes"),
     (PID, PID, {}, "compared with itself"),
     (PID, {"controller": "lqr"}, {}, "controller = lqr: is not a level"),
-    ({"law": 1}, {"law": 2}, {}, "law: is no axis"), (PID, MPC, {"controller": "pid"}, "at.controller")])
+    ({"law": 1}, {"law": 2}, {}, "law: is not an axis"), (PID, MPC, {"controller": "pid"}, "at.controller")])
 def test_what_cannot_be_compared_is_refused(common, first, second, at, fault):
     with pytest.raises(InputError, match=fault):
         common.compare("error_deg", first, second, at)

@@ -141,12 +141,12 @@ def test_an_infinite_value_is_no_reason_to_warn(tmp_path):
 
 
 @pytest.mark.parametrize(("asked", "fault"), [
-    ({"metric": "error"}, "error: is no metric.*did you mean 'error_deg'"),
-    ({"by": ["latency"]}, "latency: is no axis of the study.*did you mean 'latency_ms'"),
-    ({"at": {"law": "p"}}, "law: is no axis"),
+    ({"metric": "error"}, "error: is not a metric.*did you mean 'error_deg'"),
+    ({"by": ["latency"]}, "latency: is not an axis of the study.*did you mean 'latency_ms'"),
+    ({"at": {"law": "p"}}, "law: is not an axis"),
     ({"at": {"latency_ms": 30}}, "latency_ms = 30: is not a level.*allowed: 0, 20"),
     ({"at": {"controller": "lqr"}}, "controller = lqr: is not a level"),
-    ({"statistic": "mode"}, "statistic: 'mode'"), ({"statistic": "share"}, "error_deg: is no share"),
+    ({"statistic": "mode"}, "statistic: 'mode'"), ({"statistic": "share"}, "error_deg: is not a share"),
     ({"confidence": 95}, "confidence: 95")])
 def test_what_the_study_does_not_have_is_named(results, asked, fault):
     with pytest.raises(InputError, match=fault):

@@ -278,7 +278,7 @@ def test_cells_that_could_not_be_prepared_are_failed_and_take_their_runs_when_th
 @pytest.mark.parametrize("content", [b"latency, error\n" * 300, b"SQLite format 3\0" + b"x" * 5000])
 def test_a_file_of_something_else_is_refused_and_left_alone(tmp_path, content):
     (tmp_path / "study.sqlite").write_bytes(content)
-    with pytest.raises(InputError, match="no study of fesloop"):
+    with pytest.raises(InputError, match="not a study of fesloop"):
         Store(tmp_path, a_study())
     assert (tmp_path / "study.sqlite").read_bytes() == content
 
@@ -288,7 +288,7 @@ def test_a_database_of_something_else_is_refused_and_left_alone(tmp_path, tables
     with closing(sqlite3.connect(tmp_path / "study.sqlite")) as file, file:
         file.execute(f"CREATE TABLE {tables}")
     before = (tmp_path / "study.sqlite").read_bytes()
-    with pytest.raises(InputError, match="no study of fesloop"):
+    with pytest.raises(InputError, match="not a study of fesloop"):
         Store(tmp_path, a_study())
     assert (tmp_path / "study.sqlite").read_bytes() == before
 

@@ -59,8 +59,8 @@ def shape_of_table(path):
 
 
 @pytest.mark.parametrize(("write", "fault"), [
-    (foreign, "is an SQLite file, but no study's store"), (text, "is no SQLite file"),
-    (lambda path: path.touch(), "is an SQLite file, but no study's store"),
+    (foreign, "is an SQLite file, but not a study's store"), (text, "is not an SQLite file"),
+    (lambda path: path.touch(), "is an SQLite file, but not a study's store"),
     (shape_of_table, "is damaged: no such column")])
 def test_a_file_of_something_else_is_refused(tmp_path, write, fault):
     write(tmp_path / "a.sqlite")

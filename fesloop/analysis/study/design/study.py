@@ -74,7 +74,7 @@ class KeptMetric:
         if value is None:
             return None
         if not isinstance(value, (bool, int, float)):
-            raise InputError(f"study.metrics.{self.name}", f"{'.'.join(self.path)!r} is no number",
+            raise InputError(f"study.metrics.{self.name}", f"{'.'.join(self.path)!r} is not a number",
                              "a number, or a list of numbers, one per trial",
                              "name one below it" if isinstance(value, Mapping) else "")
         return float(value) if math.isfinite(value) else None
@@ -192,7 +192,7 @@ class Study:
             faults += [InputError(f"{where}.{fault.where}", fault.found, fault.allowed, fault.remedy)
                        for fault in figure.faults(tuple(self.axes), tuple(self.about.metrics))]
             if figure.theory != "none" and figure.x in self.axes and not self.axes[figure.x].numeric:
-                faults.append(InputError(f"{where}.theory", f"{figure.x} is no axis of numbers",
+                faults.append(InputError(f"{where}.theory", f"{figure.x} is not an axis of numbers",
                                          "a numeric x", 'take theory = "none"'))
             first = [each.name for each in self.figures].index(figure.name)
             if first < number:

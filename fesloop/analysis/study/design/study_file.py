@@ -70,10 +70,10 @@ def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], st
     base = {key: value for key, value in document.items() if key != "forms"}
     forms = document.get("forms", {})
     if not isinstance(forms, dict) or not all(isinstance(patch, dict) for patch in forms.values()):
-        raise InputError("forms", "is no table of tables", "[forms.NAME]")
+        raise InputError("forms", "is not a table of tables", "[forms.NAME]")
     for name in forms:
         if not is_name(name):
-            raise InputError(f"forms.{name}", "is no name of a form", "letters, digits, - and _")
+            raise InputError(f"forms.{name}", "is not a name of a form", "letters, digits, - and _")
     if not form:
         return base, ""
     if form not in forms:

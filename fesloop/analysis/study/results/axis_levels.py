@@ -75,5 +75,5 @@ def place_of(axes: Mapping[str, Sequence[AxisLevel]], axis: str, given: Any) -> 
 def require_axis(axes: Mapping[str, Any], axis: str) -> None:
     """Raise InputError for an axis that the study does not have."""
     if axis not in axes:
-        raise InputError(axis, "is no axis of the study", ", ".join(axes) or "it has none",
+        raise InputError(axis, "is not an axis of the study", ", ".join(axes) or "it has none",
                          did_you_mean(axis, axes))

@@ -146,7 +146,7 @@ def settled_statistic(runs: Frame, metric: str, statistic: Statistic | None) -> 
     if statistic not in _INTERVALS:
         raise InputError("statistic", f"{statistic!r}", ", ".join(_INTERVALS))
     if statistic == "share" and not known.between(0.0, 1.0).all():
-        raise InputError(metric, f"is no share: it goes from {known.min():g} to {known.max():g}",
+        raise InputError(metric, f"is not a share: it goes from {known.min():g} to {known.max():g}",
                          "a metric between 0 and 1", 'take the statistic "mean" or "median"')
     return statistic
 

@@ -103,7 +103,7 @@ def selected(axes: Axes, runs: Frame, at: Mapping[str, Any]) -> Frame:
 def require_metric(metric: str, metrics: Sequence[str]) -> None:
     """Raise InputError for a metric that the study does not keep."""
     if metric not in metrics:
-        raise InputError(metric, "is no metric of the study", ", ".join(metrics) or "it has none",
+        raise InputError(metric, "is not a metric of the study", ", ".join(metrics) or "it has none",
                          did_you_mean(metric, metrics))
 
 

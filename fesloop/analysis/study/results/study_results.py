@@ -53,7 +53,7 @@ def load(path: str | Path, *, check: bool = True) -> StudyResults:
     path: the store, or its folder.
     check: refuse a store whose rows are not those that fesloop wrote; False reads them as they are.
 
-    Raises InputError for a file that is no store, is damaged, or of another version, and without pandas.
+    Raises InputError for a file that is not a store, is damaged, or of another version, and without pandas.
     """
     store = store_path(path)
     rows = read_store(store, check=check)

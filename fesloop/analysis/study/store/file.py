@@ -169,9 +169,9 @@ def transaction(file: sqlite3.Connection, path: Path) -> Iterator[None]:
 
 @contextmanager
 def named(path: Path) -> Iterator[None]:
-    """Turn SQLite's error for a file that is no store into an InputError."""
+    """Turn SQLite's error for a file that is not a store into an InputError."""
     try:
         yield
     except sqlite3.DatabaseError as fault:
-        raise InputError(str(path), f"is damaged, or no study of fesloop: {fault}", FORMAT,
+        raise InputError(str(path), f"is damaged, or not a study of fesloop: {fault}", FORMAT,
                          "give another --out, or move the file away") from None

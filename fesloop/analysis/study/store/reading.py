@@ -87,8 +87,8 @@ def read_store(path: Path, *, check: bool = True) -> StoreRows:
     Where the coordinator was killed within a commit, SQLite rolls that back first, which needs the right to
     write. `check` compares the rows with the store's checksum.
 
-    Raises InputError for a file that is no store, is damaged, of another version, locked, or cannot be rolled
-    back.
+    Raises InputError for a file that is not a store, is damaged, of another version, locked, or cannot be
+    rolled back.
     """
     with opened_to_read(path) as store:
         # One transaction, so that all tables are of one instant, whatever is written meanwhile.
@@ -134,16 +134,16 @@ def _refusal(path: Path, fault: sqlite3.DatabaseError) -> InputError:
     if code in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM, sqlite3.SQLITE_AUTH):
         return InputError(str(path), f"cannot be opened: {fault}", "a file that you may read")
     if code == sqlite3.SQLITE_NOTADB:
-        return InputError(str(path), "is no SQLite file", _ALLOWED)
+        return InputError(str(path), "is not an SQLite file", _ALLOWED)
     return InputError(str(path), f"is damaged: {fault}", _ALLOWED,
                       "what is left of it: `sqlite3 study.sqlite .recover | sqlite3 rest.sqlite`")
 
 
 def _about(path: Path, store: sqlite3.Connection) -> dict[str, str]:
-    """The facts of a store. Raises InputError for a file that is no store of this format."""
+    """The facts of a store. Raises InputError for a file that is not a store of this format."""
     there = {name for (name,) in store.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
     if "about" not in there:
-        raise InputError(str(path), "is an SQLite file, but no study's store", _ALLOWED)
+        raise InputError(str(path), "is an SQLite file, but not a study's store", _ALLOWED)
     about = dict(store.execute("SELECT key, value FROM about"))
     if about.get("format") != FORMAT:
         raise InputError(str(path), f"is of the format {about.get('format')!r}", f"{FORMAT!r}",

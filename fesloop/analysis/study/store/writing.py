@@ -63,7 +63,7 @@ def decisive(document: Mapping[str, Any]) -> dict[str, Any]:
 def _claimed(file: sqlite3.Connection, path: Path, study: Study, mix_versions: bool) -> int:
     """Create the tables of a new file, or compare an old one with the study; number of this version in it.
 
-    Raises InputError for a file that is no store, is damaged, of another study, or, unless versions may be
+    Raises InputError for a file that is not a store, is damaged, of another study, or, unless versions may be
     mixed, started with other code or libraries.
     """
     tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master")}
@@ -99,7 +99,7 @@ def _create(file: sqlite3.Connection, path: Path, study: Study, old: set[str]) -
 def _require_same_study(file: sqlite3.Connection, path: Path, study: Study, tables: set[str]) -> None:
     about = dict(file.execute("SELECT key, value FROM about")) if "about" in tables else {}
     if about.get("format") != FORMAT:
-        raise InputError(str(path), f"is {about.get('format', 'no study of fesloop')!r}", FORMAT, _REMEDY)
+        raise InputError(str(path), f"is {about.get('format', 'not a study of fesloop')!r}", FORMAT, _REMEDY)
     require_unchanged(file, path, checked_rows(file))
     there, here = (decisive(document) for document in (json.loads(about["study"]), _plain(study)))
     if there != here:
@@ -203,8 +203,8 @@ class Store:
     study: the study whose results are stored.
     mix_versions: accept a file that was started with other code or libraries.
 
-    Raises InputError for a folder that cannot be written to, a file that is no store, is damaged, of another
-    study or version, or in use by another coordinator.
+    Raises InputError for a folder that cannot be written to, a file that is not a store, is damaged, of
+    another study or version, or in use by another coordinator.
     """
 
     def __init__(self, folder: Path, study: Study, *, mix_versions: bool = False) -> None:

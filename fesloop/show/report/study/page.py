@@ -97,7 +97,7 @@ def study_page(path: str | Path) -> Page:
     """The report of a study, finished or not; `path` is its store or the folder of that.
 
     Where rows of a store are not those that fesloop wrote, the page shows them and says so. Raises InputError
-    for a file that is no study's store, or that SQLite cannot read.
+    for a file that is not a study's store, or that SQLite cannot read.
     """
     store = store_path(path)
     try:
