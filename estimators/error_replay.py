@@ -1,4 +1,4 @@
-"""A tracker that errs like one that was recorded: error, age and loss as a process, on any simulated hand."""
+"""`error_replay`: true joint angles with error, age and loss like a recorded tracker's."""
 
 from __future__ import annotations
 
@@ -25,18 +25,21 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True, eq=False)
 class ErrorReplayState:
-    """Memory of an ErrorReplay.
+    """State of an ErrorReplay.
 
     Attributes
     ----------
-    noise: DRAWS numbers a joint and tick. fate: what decides loss and age of each tick. losses: by these.
-    rows: (joints, columns), the joints' error processes. root: (joints, joints), of their correlation.
-    parts: (joints, PARTS), the random parts now.
-    centre: (joints,), rad, from which angles count; None before the first truth.
-    past: (capture, truth) of the messages that the age still needs, oldest first.
-    captured_ns: of the estimate that was put out last; NEVER before any.
-    truth, angles: (joints,), what that was made of, and it.
-    missing: whether it has been reported that no truth has arrived.
+    noise: random numbers of the error, DRAWS a joint and tick.
+    fate: random numbers of loss and age of each tick.
+    losses: losses by these.
+    rows: (joints, columns), error processes of the joints.
+    root: (joints, joints), root of their correlation.
+    parts: (joints, PARTS), present random parts.
+    centre: (joints,), rad, origin of the angles; None before the first truth.
+    past: (capture, truth) of the messages within the age, oldest first.
+    captured_ns: capture of the last estimate; NEVER before the first.
+    truth, angles: (joints,), truth of the last estimate, and the estimate.
+    missing: whether a missing truth has been reported.
     """
 
     noise: NoiseStream
@@ -60,19 +63,18 @@ class ErrorReplay:
     Input and output `angles` (joints,), rad. The process is fitted by `fesloop fit-error`, whose file is
     named as `process = { file = "error.toml" }`. Nothing of the recording is played back: each trial and seed
     has an error of its own, with the recorded one's distribution, its correlation in time and across joints
-    and its dependence on angle and rate. Estimates carry the instant of the truth that they were made of; in
-    place of a lost one the last one stands, with its stamp. Before any truth has arrived nothing is put out,
-    and the status `no_sample` says so.
+    and its dependence on angle and rate. Estimates carry the instant of their truth; a lost one
+    is replaced by the last one, with its stamp. Before the first truth there is no output, with the status
+    `no_sample`.
 
     Attributes
     ----------
-    process: of the error.
-    like: for each joint the name of the series whose error it has; empty: those of hinges, or of all axes
-        that were moved about, in turn. A series that stands there again has an error of its own, independent
-        of the first.
-    joints: how many; 0 takes it from what is wired to `angles`.
-    centre_deg: angles from which the process's angle counts, one a joint; empty: those at the first tick.
-    size: factor of the error, for sweeps.
+    process: process of the error.
+    like: name of the series for the error of each joint; empty: those of hinges, or of all moved axes, in
+        turn. A repeated series has independent errors.
+    joints: number of joints; 0 takes it from the wire.
+    centre_deg: origin of the process's angle, one a joint; empty: the angles at the first tick.
+    size: factor on the error, for sweeps.
     """
 
     process: ErrorProcess
@@ -105,16 +107,16 @@ class ErrorReplay:
         return (Port("angles", (self.joints or None,), "rad"),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> ErrorReplay:
-        """The same for the number of joints wired to it."""
+        """The block for the number of wired joints."""
         return replace(self, joints=shapes["angles"][0])
 
     def numbers(self) -> list[int]:
-        """Of the series that each joint's error is like."""
+        """Index of the series of each joint."""
         names = self.like or self.process.usual()
         return [self.process.number(names[joint % len(names)]) for joint in range(self.joints)]
 
     def init(self, context: Context) -> ErrorReplayState:
-        """No error yet: the random parts begin with the first truth."""
+        """State without an error: the random parts begin with the first truth."""
         process, numbers = self.process, self.numbers()
         fate = context.noise(2, "uniform", "fate")
         first = [numbers.index(number) == joint for joint, number in enumerate(numbers)]
@@ -129,11 +131,11 @@ class ErrorReplay:
             truth=np.zeros(self.joints), angles=np.zeros(self.joints))
 
     def step(self, state: ErrorReplayState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The estimate of now; before any truth has arrived nothing, and a report."""
+        """The present estimate; before the first truth nothing, and a report."""
         sample = inputs[0]
         if not sample.present:
             if not state.missing:
-                tick.report("no_sample", "no angles have arrived yet: nothing is put out")
+                tick.report("no_sample", "no angles have arrived yet: no output")
                 state.missing = True
             return ()
         state.past.append((sample.newest_ns, cast(Array, sample.value)))
@@ -146,7 +148,7 @@ class ErrorReplay:
         return (state.angles,)
 
     def _seen(self, state: ErrorReplayState, now_ns: int, shape: float) -> tuple[int, Array]:
-        """The newest truth that is old enough, with its capture; the oldest there is until one is."""
+        """Newest truth that is old enough, or the oldest one, with its capture."""
         age_ns = round(self.process.age_ms * NS_PER_MS) + self.process.jitter.draw_ns(shape)
         least_ns = now_ns - round(self.process.age_ms * NS_PER_MS) - (self.process.jitter.most_ns or 0)
         past = state.past
@@ -155,7 +157,7 @@ class ErrorReplay:
         return next((each for each in reversed(past) if each[0] <= now_ns - age_ns), past[0])
 
     def _estimate(self, state: ErrorReplayState, captured_ns: int, truth: Array, index: int) -> None:
-        """A new estimate of a truth; the error moves on by the time since the capture before."""
+        """Estimate a truth; the error advances by the time since the last capture."""
         first = state.captured_ns < 0
         if state.centre is None:
             state.centre = truth.copy()

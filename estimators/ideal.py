@@ -1,4 +1,4 @@
-"""A tracker that is exact but for an error that is asked for: sweeps of accuracy need nothing more."""
+"""`ideal`: the true joint angles with a declared error, for sweeps of accuracy."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ PerJoint = float | tuple[float, ...]
 
 @dataclass(slots=True, eq=False)
 class IdealState:
-    """Memory of an IdealTracker.
+    """State of an IdealTracker.
 
     Attributes
     ----------
-    noise: two rows of numbers a tick, for white noise and random walk.
+    noise: random numbers of white noise and random walk, two rows a tick.
     errors: (4, joints), rad: bias, drift a second, sd of white noise, sd of the walk a root second.
-    walk: (joints,), rad, the random walk so far.
-    time_ns: of the last tick.
-    past: (instant, truth) of the ticks that the delay still needs, oldest first.
-    missing: whether it has been reported that no truth has arrived.
+    walk: (joints,), rad, present random walk.
+    time_ns: instant of the last tick.
+    past: (instant, truth) of the ticks within the delay, oldest first.
+    missing: whether a missing truth has been reported.
     """
 
     noise: NoiseStream
@@ -53,20 +53,20 @@ class IdealTracker(BlockToControl):
 
         round((truth(t - delay) + bias + drift t + walk(t) + noise) / quantisation) quantisation
 
-    with walk(t) a Wiener process. Errors are given as one value for all joints or one a joint. Before any
-    truth has arrived nothing is put out, and the status `no_sample` says so.
+    with walk(t) a Wiener process. Errors are given as one value for all joints or one a joint. Before the
+    first truth there is no output, with the status `no_sample`.
 
     Attributes
     ----------
-    joints: how many; 0 takes it from what is wired to `angles`.
+    joints: number of joints; 0 takes it from the wire.
     bias_deg: constant error.
     drift_deg_s: linear drift, deg/s.
     walk_deg: sd of the random walk after one second, deg.
     noise_deg: sd of the white noise of each tick, deg.
     quantisation_deg: step of the output; 0 for none.
-    delay_ms: rounded up to this block's ticks: the truth is the one read at the last tick that is at least
-        this old (the first one until then). Stamps do not show this delay; `latency_ms` of a wire is exact
-        and shows in them.
+    delay_ms: delay, rounded up to this block's ticks: the truth is that of the last tick at least this old
+        (until then the first one). Stamps do not show this delay; `latency_ms` of a wire is exact and shows
+        in them.
     """
 
     joints: int = 0
@@ -98,27 +98,26 @@ class IdealTracker(BlockToControl):
         return (Port("angles", (self.joints or None,), "rad"),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> IdealTracker:
-        """The same tracker for the number of joints wired to it."""
+        """The tracker for the number of wired joints."""
         return replace(self, joints=shapes["angles"][0])
 
     def init(self, context: Context) -> IdealState:
-        """No walk yet."""
+        """State before the first tick."""
         errors = np.array([_rad(getattr(self, name), self.joints)
                            for name in ("bias_deg", "drift_deg_s", "noise_deg", "walk_deg")])
         return IdealState(context.noise(2 * self.joints), errors, np.zeros(self.joints))
 
     def passages(self, context: Context) -> tuple[Passage, ...]:
-        """The delay, which no stamp shows; that of the first truth, put out until others are due, too."""
+        """The delay, which stamps do not show, from the first truth on."""
         delay_ns = duration_ns(self.delay_ms, NS_PER_MS, "delay_ms")
         if not delay_ns:
             return ()
         return (Passage(inputs=("angles",), delay_ns=delay_ns, since="read", delay="delay, in whole ticks"),)
 
     def linear_form(self, context: Context) -> SampledForm:
-        """The truth with white noise, through a line of ticks where there is a delay.
+        """The truth with white noise after the delay, in ticks.
 
-        Raises InputError for errors that do not come to rest, for quantisation, and for a delay without a
-        rate.
+        Raises InputError for errors without a steady state, for quantisation, and for a delay without a rate.
         """
         for name in ("drift_deg_s", "walk_deg", "quantisation_deg"):
             if np.any(getattr(self, name)):
@@ -138,11 +137,11 @@ class IdealTracker(BlockToControl):
                        c=np.eye(ticks * joints)[-joints:])
 
     def step(self, state: IdealState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The truth with its error; before any truth has arrived nothing, and a report."""
+        """The truth with its error; before the first truth nothing, and a report."""
         sample = inputs[0]
         if sample.arrived_ns < 0:
             if not state.missing:
-                tick.report("no_sample", "no angles have arrived yet: nothing is put out")
+                tick.report("no_sample", "no angles have arrived yet: no output")
                 state.missing = True
             return ()
         elapsed_s = (tick.time_ns - state.time_ns) / NS_PER_S
@@ -155,7 +154,7 @@ class IdealTracker(BlockToControl):
         return (angles,)
 
     def _delayed(self, state: IdealState, truth: Array, time_ns: int) -> Array:
-        """The truth as read at the last tick at or before `delay_ms` ago."""
+        """Truth of the last tick at or before `delay_ms` ago."""
         past = state.past
         past.append((time_ns, truth))
         due = time_ns - duration_ns(self.delay_ms, NS_PER_MS, "delay_ms")
@@ -168,7 +167,7 @@ class IdealTracker(BlockToControl):
 def with_error(
     truth: Any, errors: Any, walk: Any, row: Any, time_s: float, elapsed_s: float, step: float
 ) -> Any:
-    """Truth (joints,) with its error, rad; moves `walk` on by `elapsed_s`.
+    """Truth (joints,) with its error, rad; advances `walk` by `elapsed_s`.
 
     `errors` is (4, joints) as in IdealState, `row` (2 joints,) standard normal, `step` the quantisation.
     """
@@ -182,9 +181,9 @@ def with_error(
 
 
 def _require_per_joint(name: str, value: PerJoint, joints: int, *, signed: bool) -> None:
-    """Raises InputError for a wrong number, and for a negative one where not `signed`.
+    """Raise InputError for a wrong number of values, and for negative ones unless `signed`.
 
-    Nothing as long as `joints` is made: that number is not held against the wires yet.
+    No array of `joints` values is made: that number has not been checked against the wires yet.
     """
     values = value if isinstance(value, tuple) else (value,)
     if values is value and joints and len(values) != joints:
@@ -194,5 +193,5 @@ def _require_per_joint(name: str, value: PerJoint, joints: int, *, signed: bool)
 
 
 def _rad(value_deg: PerJoint, joints: int) -> Array:
-    """One value a joint, (joints,), rad."""
+    """Value of each joint, (joints,), rad."""
     return np.radians(np.full(joints, value_deg, dtype=np.float64))

@@ -1,4 +1,4 @@
-"""`grip_force`: keeps the force on a held object where it should be, whatever the muscles have left."""
+"""`grip_force`: control of the force on a held object, as muscles tire."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.grip.contact import Contact, Slip, Touch, grip_of
-from controllers.period import period_ns
 from controllers.pid.tuning import Gains, Lag, simc
+from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.abilities import AgeLimit
@@ -24,7 +24,7 @@ from fesloop.loop.signals import NEVER, Port, Sample, Value
 
 Array = NDArray[np.float64]
 _LEAST_S = 1e-9
-"""What is shorter is no pulse (chosen: a thousandth of a device's step)."""
+"""Shortest pulse (chosen: a thousandth of a device's step)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,16 +33,17 @@ class ForceLoop:
 
         e = ln(wanted / force)        ln s = kp e + I        I[k+1] = I[k] + (kp h / Ti) e
 
-    I stands still where s would leave its limits. Force goes with a power of pulse width over most of a
+    I stays constant where s would leave its limits. Force is a power of pulse width over most of a
     recruitment curve, so that in logarithms the loop's gain is the same for weak and strong muscles, and
     stays so while they tire.
 
     Attributes
     ----------
     exponent: that power (chosen: 1 to 5 between threshold and saturation).
-    lag_ms: of force behind pulse width (activation rises in 133 ms); delay_ms: likewise, with the age of the
-        samples (chosen: electromechanical 20 to 40 ms and two periods of 25 ms).
-    scale_min, scale_max: of s (chosen).
+    lag_ms: lag of force behind pulse width (activation rises in 133 ms).
+    delay_ms: delay of force behind pulse width, with the age of the samples (chosen: electromechanical 20 to
+        40 ms and two periods of 25 ms).
+    scale_min, scale_max: limits of s (chosen).
     """
 
     exponent: float = 3.0
@@ -62,17 +63,17 @@ class ForceLoop:
 
     @property
     def span(self) -> float:
-        """From the least to the greatest ln s."""
+        """Least and greatest ln s."""
         return math.log(self.scale_max / self.scale_min)
 
     def gains(self, period_s: float) -> Gains:
-        """By Skogestad's rule (`controllers.pid.tuning.simc`), half a period of the hold in the delay."""
+        """Gains by Skogestad's rule (`controllers.pid.tuning.simc`), with half a period in the delay."""
         delay_s = 1e-3 * self.delay_ms + 0.5 * period_s
         return simc(Lag(self.exponent, 1e-3 * self.lag_ms, delay_s), delay_s)
 
     def next(self, gains: Gains, period_s: float, integral: float, error: float,
              highest: float) -> tuple[float, float]:
-        """(ln s, I of the next tick) for an error; ln s is `highest` at most, where its limits allow that."""
+        """Pair of ln s and the next I for an error; ln s is at most `highest`, if its limits allow that."""
         low = math.log(self.scale_min)
         high = max(min(math.log(self.scale_max), highest), low)
         wanted = gains.kp * error + integral
@@ -90,8 +91,7 @@ def longest_s(current: Array, width_max_us: float, charge_max_uc: float) -> Arra
 
 
 def useful_scale(widths_s: Array, longest: Array) -> float:
-    """ln s above which all channels are at their `longest` pulses (channels,), s, from `widths_s`; 0 where no
-    channel has a pulse."""
+    """Value of ln s above which all channels are at their `longest` pulses (channels,), s; 0 for none."""
     on = widths_s > _LEAST_S
     return math.log(float((longest[on] / widths_s[on]).max())) if on.any() else 0.0
 
@@ -101,25 +101,25 @@ _POSITIVE = ("target_n", "mass_kg", "friction", "margin", "force_max_n", "rise_n
              "charge_max_uc", "ramp_ms")
 _TROUBLES = ("no_force", "stale_force", "non_finite_force", "implausible_force", "no_reference")
 _IMPLAUSIBLE_N = 1000.0
-"""No fingertip presses by more (chosen: twice what the strongest grip is as a whole)."""
-_LETS_GO = 0.9
-"""Posture control lets go where it gives its closing channels less than this share of their pulse widths at
-the hand-over (chosen: more than it changes while it holds)."""
+"""Greatest plausible force of a fingertip (chosen: twice the strongest grip as a whole)."""
+_OPENING = 0.9
+"""Share of the pulse widths at the hand-over below which posture control releases the object (chosen: it
+changes them by less while it holds)."""
 
 
 @dataclass(slots=True, eq=False)
 class GripForceState:
-    """Memory of the controller, and the coefficients that its clock decides.
+    """State of the controller, with the coefficients that follow from its clock.
 
     Attributes
     ----------
-    gains, period_s: never written to.
-    touch: what the forces say.
+    gains, period_s: constant coefficients.
+    touch: contact as the forces show it.
     widths_s: (channels,), pulse widths at the hand-over; None while nothing is held.
-    log_scale, integral: of the closing channels' pulse widths.
-    target_n: what the force should be now; 0 while nothing is held.
-    handed_ns: when the force was taken over.
-    rising: whether `target_n` is still on its way.
+    log_scale, integral: ln s of the closing channels' pulse widths, and its integral part.
+    target_n: present target of the force; 0 while nothing is held.
+    handed_ns: instant of the hand-over from posture control.
+    rising: whether `target_n` has not reached its end.
     """
 
     gains: Gains
@@ -138,35 +138,37 @@ class GripForceState:
 class GripForce:
     """PI control of grip force by the pulse widths of the channels that close the hand.
 
-    It stands between control of posture and `safety`. What comes in goes out, until the grip force
-    (`controllers.grip.contact.grip_of`) says that something is held. From then on the closing channels get
-    their pulse widths of that instant, or what comes in where that is less, times a scale s, by which `loop`
-    brings the force where it is wanted. Nothing jumps: `target` starts from the force at the hand-over. While
-    posture control lets go, s does not rise. Where forces tremble as of an object that slips while nothing
-    else changes them, `target` is raised. When contact is lost, s goes back to 1 within `ramp_ms`.
+    It is wired between posture control and `safety`. Its input passes unchanged until the grip force
+    (`controllers.grip.contact.grip_of`) shows that something is held. From then on the closing channels have
+    their pulse widths of that instant, or the input's where these are less, times a scale s, by which `loop`
+    controls the force. There is no jump: `target` starts from the force at the hand-over. While posture
+    control releases the object, s does not rise. Where forces tremble as under a slipping object while
+    nothing else changes them, `target` is raised. When contact is lost, s returns to 1 within `ramp_ms`.
 
     Attributes
     ----------
-    channels, fingertips: how many; 0 takes them from what is wired in.
+    channels, fingertips: their numbers; 0 takes them from the wires.
     closing: numbers of the channels that close the hand; empty: all.
-    thumb: number of its fingertip.
-    target_n: grip force, N. mass_kg: or of what is held: `margin` mass_kg 9.80665 / (2 `friction`).
-        Neither: it must be wired in.
-    friction: between skin and object (chosen: the low end of .5 to 1 for skin on plastics). margin: over
-        what is needed (chosen).
-    force_max_n: greatest that is ever wanted, slips included (chosen: within the range of sensors, 25 N).
-    rise_n_per_s: how fast `target` moves (chosen).
-    contact, slip: when something is held, and when it slips.
-    loop: from force to s.
-    set_within_s: the force is controlled for so long, and s then stays as it is, as on a stimulator that is
-        set once; 0: as long as something is held.
-    width_max_us, charge_max_uc: limits of every channel, of what comes in as well.
-    max_age_ms: of `force`. ramp_ms: see above.
+    thumb: number of the thumb's fingertip.
+    target_n: grip force, N.
+    mass_kg: mass of the object, in place of `target_n`: `margin` mass_kg 9.80665 / (2 `friction`). Without
+        both, `reference` must be wired.
+    friction: friction between skin and object (chosen: the low end of .5 to 1 for skin on plastics).
+    margin: safety factor on the force (chosen).
+    force_max_n: greatest target, slips included (chosen: within the range of sensors, 25 N).
+    rise_n_per_s: rate of change of `target` (chosen).
+    contact, slip: limits beyond which an object counts as held, and as slipping.
+    loop: control of the force by s.
+    set_within_s: duration for which the force is controlled, after which s stays constant, as on a stimulator
+        that is set once; 0: as long as something is held.
+    width_max_us, charge_max_uc: limits of every channel, on the input too.
+    max_age_ms: greatest age of `force`.
+    ramp_ms: duration in which s returns to 1.
 
     Inputs: `stimulation` (channels, 2), A and s; `force` (fingertips,), N; optional `reference`, N. Outputs:
     `stimulation` (channels, 2); `grip`, N, as measured; `target`, N; `scale`. With forces that are missing,
-    too old, not finite or above 1000 N nothing is held: what comes in goes out, with a status. Stimulation
-    that is missing or not finite: none goes out, with a status.
+    too old, not finite or above 1000 N nothing counts as held: the input passes unchanged, with a status.
+    With stimulation that is missing or not finite the output is zero, with a status.
     """
 
     channels: int = 0
@@ -190,7 +192,7 @@ class GripForce:
 
     def __post_init__(self) -> None:
         if min(self.channels, self.fingertips) < 0:
-            raise InputError("channels, fingertips", "below 0", "1 or more, or 0 for what is wired in")
+            raise InputError("channels, fingertips", "below 0", "1 or more, or 0 to take it from the wire")
         if not 0 <= self.thumb < (self.fingertips or math.inf):
             raise InputError("thumb", f"{self.thumb}", "from 0 to below the number of fingertips")
         if len(set(self.closing)) < len(self.closing) or not all(
@@ -203,7 +205,7 @@ class GripForce:
         duration_ns(self.max_age_ms, NS_PER_MS, "max_age_ms")
         duration_ns(self.set_within_s, NS_PER_S, "set_within_s")
         if self.target_n is not None and self.mass_kg is not None:
-            raise InputError("target_n", "stands beside mass_kg", "one of the two", "remove one")
+            raise InputError("target_n", "is given together with mass_kg", "one of the two", "remove one")
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -218,17 +220,17 @@ class GripForce:
                 Port("target", (), "N"), Port("scale", (), "1", 1.0))
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> GripForce:
-        """For the channels and fingertips that are wired in; raises InputError for numbers beyond them."""
+        """The block for the wired channels and fingertips; raises InputError for numbers beyond them."""
         return replace(self, channels=shapes.get("stimulation", (self.channels,))[0],
                        fingertips=shapes.get("force", (self.fingertips,))[0])
 
     def age_limits(self) -> tuple[AgeLimit, ...]:
-        """Of `force`."""
+        """Age limit of `force`."""
         return (AgeLimit(port="force", limit_ms=self.max_age_ms, since="newest",
-                         then="nothing is held, and what comes in goes out"),)
+                         then="nothing counts as held, and stimulation passes unchanged"),)
 
     def init(self, context: Context) -> GripForceState:
-        """Nothing held."""
+        """State while nothing is held."""
         period_s = period_ns(context) / NS_PER_S
         return GripForceState(self.loop.gains(period_s), period_s)
 
@@ -236,12 +238,13 @@ class GripForce:
         """Pulses of this tick."""
         base, force, reference = inputs
         usable = base.present and is_finite(base.value)
-        state.latch.put(tick, "no_stimulation", not usable, "nothing finite comes in: no stimulation")
+        state.latch.put(tick, "no_stimulation", not usable, "input is missing or not finite: no stimulation")
         pulses = np.maximum(cast(Array, base.value), 0.0) if usable else np.zeros((self.channels, 2))
         target_n = self._target_n(reference)
         trouble = self._trouble(force, target_n, tick.time_ns)
         for status in _TROUBLES:
-            state.latch.put(tick, status, status == trouble, "nothing is held: what comes in goes out")
+            state.latch.put(tick, status, status == trouble,
+                            "nothing counts as held: stimulation passes unchanged")
         grip_n = 0.0 if trouble else grip_of(cast(Array, force.value), self.thumb)
         if trouble:
             state.touch.let_go()
@@ -257,7 +260,7 @@ class GripForce:
         return pulses, grip_n, state.target_n, math.exp(state.log_scale)
 
     def _target_n(self, reference: Sample) -> float:
-        """Grip force wanted before slips; NaN where nobody says."""
+        """Target of the grip force without slips; NaN where none is given."""
         if reference.present:
             return float(cast(float, reference.value))
         if self.mass_kg is not None:
@@ -265,7 +268,7 @@ class GripForce:
         return self.target_n if self.target_n is not None else math.nan
 
     def _trouble(self, force: Sample, target_n: float, now_ns: int) -> str:
-        """Status of what forbids control, "" if nothing does."""
+        """Status that prevents control; "" for none."""
         sound = {"no_force": force.present,
                  "stale_force": now_ns - force.newest_ns <= self.max_age_ms * NS_PER_MS,
                  "non_finite_force": is_finite(force.value),
@@ -277,24 +280,24 @@ class GripForce:
         return list(self.closing or range(self.channels))
 
     def _look(self, state: GripForceState, force: Sample, grip_n: float, pulses: Array, tick: Tick) -> None:
-        """Take over at contact, heed slips, and tell."""
+        """Take over at contact, react to slips, and report both."""
         touch, held = state.touch, state.touch.holding
         self.contact.look(touch, grip_n, tick.time_ns)
-        restless_n = self.slip.feel(touch, cast(Array, force.value), force.newest_ns)
+        restless_n = self.slip.record(touch, cast(Array, force.value), force.newest_ns)
         if touch.holding and not held:
             state.widths_s, state.target_n = pulses[:, 1].copy(), min(grip_n, self.force_max_n)
             state.integral, state.handed_ns, state.rising = state.log_scale, tick.time_ns, True
             tick.report("contact", f"{grip_n:.2f} N: the force is controlled from now on")
         elif held and not touch.holding:
             touch.let_go()
-            tick.report("contact_lost", "what comes in goes out")
-        elif held and not (state.rising or self._lets_go(state, pulses)) and self.slip.heed(
+            tick.report("contact_lost", "stimulation passes unchanged")
+        elif held and not (state.rising or self._opens(state, pulses)) and self.slip.react(
                 touch, restless_n, tick.time_ns):
             tick.report("slip", f"a force changes by {restless_n:.2f} N from sample to sample")
 
     def _regulate(self, state: GripForceState, grip_n: float, target_n: float, pulses: Array,
                   now_ns: int) -> None:
-        """Bring `target_n` and the scale on by a tick."""
+        """Advance `target_n` and the scale by a tick."""
         assert state.widths_s is not None
         columns = self._columns()
         target = min(target_n * state.touch.raised, self.force_max_n)
@@ -306,16 +309,16 @@ class GripForce:
         least = self.contact.force_n
         error = math.log(max(state.target_n, least) / max(grip_n, least))
         longest = longest_s(pulses[columns, 0], self.width_max_us, self.charge_max_uc)
-        highest = state.log_scale if self._lets_go(state, pulses) else useful_scale(
+        highest = state.log_scale if self._opens(state, pulses) else useful_scale(
             state.widths_s[columns], longest)
         state.log_scale, state.integral = self.loop.next(state.gains, state.period_s, state.integral, error,
                                                          highest)
 
-    def _lets_go(self, state: GripForceState, pulses: Array) -> bool:
+    def _opens(self, state: GripForceState, pulses: Array) -> bool:
         """Whether posture control opens the hand."""
         assert state.widths_s is not None
         columns = self._columns()
-        return bool(pulses[columns, 1].sum() < _LETS_GO * state.widths_s[columns].sum())
+        return bool(pulses[columns, 1].sum() < _OPENING * state.widths_s[columns].sum())
 
     def _scale(self, state: GripForceState, pulses: Array) -> None:
         """Scale the closing channels of `pulses` (channels, 2) and keep all within their limits, in place."""

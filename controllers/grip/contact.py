@@ -1,4 +1,4 @@
-"""What fingertip forces say of a grasp: that it has begun, that it is lost, that the object slips."""
+"""Detection of contact, loss and slip of an object from fingertip forces."""
 
 from __future__ import annotations
 
@@ -14,31 +14,33 @@ from fesloop.loop.signals import NEVER
 
 Array = NDArray[np.float64]
 _LOST = 0.5
-"""Contact is lost below this share of the force at which it begins (chosen: noise does not pass between)."""
+"""Share of the force at contact below which contact is lost (chosen: noise does not cross both)."""
 _WEIGHT = 0.3
-"""Of the newest change in the mean of squares: about three samples count (chosen)."""
+"""Weight of the newest change in the mean of squares: about three samples count (chosen)."""
 
 
 def grip_of(force: Array, thumb: int) -> float:
     """Grip force, N: the thumb's or that of all fingers together, whichever is greater.
 
-    What presses on an object at rest from one side is met from the other, by fingertips or by parts of the
-    hand that no sensor is on.
+    An object at rest is pressed equally from both sides, by fingertips or by parts of the hand without a
+    sensor.
     """
     return float(max(force[thumb], force.sum() - force[thumb]))
 
 
 @dataclass(slots=True, eq=False)
 class Touch:
-    """What is remembered of the forces.
+    """State of the detection.
 
     Attributes
     ----------
-    holding: whether the object is in the grip.
-    since_ns: since when forces say otherwise; NEVER while they agree with `holding`.
-    force: (k,), N, the newest that was felt, `taken_ns` its capture; None before the first.
-    variation: mean square of what the most restless fingertip's force changes from sample to sample, N^2.
-    raised: factor by which slips have raised the force that is wanted, `raised_ns` when they last did.
+    holding: whether an object is held.
+    since_ns: instant from which forces contradict `holding`; NEVER while they agree.
+    force: (k,), N, last sample; None before the first.
+    taken_ns: its capture.
+    variation: mean square change from sample to sample of the fingertip force that changes most, N^2.
+    raised: factor by which slips have raised the target force.
+    raised_ns: instant of the last rise.
     """
 
     holding: bool = False
@@ -50,19 +52,20 @@ class Touch:
     raised_ns: int = NEVER
 
     def let_go(self) -> None:
-        """Nothing is in the grip."""
+        """Set to nothing held."""
         self.holding, self.since_ns, self.raised = False, NEVER, 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contact:
-    """When an object counts as held.
+    """Limits beyond which an object counts as held.
 
     Attributes
     ----------
-    force_n, lasts_ms: grip force above this for so long begins it (chosen: ten times the offset of a thin
-        resistive sensor; four periods of 25 ms).
-    lost_ms: below half of it for so long ends it (chosen: longer than a finger bounces).
+    force_n, lasts_ms: grip force, and its duration, above which contact begins (chosen: ten times the offset
+        of a thin resistive sensor; four periods of 25 ms).
+    lost_ms: duration below half of that force after which contact ends (chosen: longer than a finger
+        bounces).
     """
 
     force_n: float = 0.5
@@ -76,7 +79,7 @@ class Contact:
             duration_ns(getattr(self, key), NS_PER_MS, f"contact.{key}")
 
     def look(self, touch: Touch, grip_n: float, now_ns: int) -> None:
-        """Note in `touch` whether the object is held."""
+        """Update in `touch` whether an object is held."""
         against = grip_n < _LOST * self.force_n if touch.holding else grip_n > self.force_n
         if not against:
             touch.since_ns = NEVER
@@ -89,7 +92,7 @@ class Contact:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slip:
-    """When an object counts as slipping: it sticks and slides by turns, and the forces tremble.
+    """Limits beyond which an object slips: it sticks and slides by turns, and the forces tremble.
 
     Slips call for a firmer grip (Westling and Johansson 1984, doi 10.1007/BF00238156).
 
@@ -97,8 +100,8 @@ class Slip:
     ----------
     change_n: RMS change of a fingertip's force from sample to sample (chosen: five times that of sensors
         with a noise of .02 N).
-    raise_by: factor of the force wanted for each slip (chosen). pause_ms: not more often (chosen: the time
-        that force takes to follow).
+    raise_by: factor on the target force for each slip (chosen).
+    pause_ms: least time between two rises (chosen: response time of the force).
     """
 
     change_n: float = 0.15
@@ -107,13 +110,13 @@ class Slip:
 
     def __post_init__(self) -> None:
         if not self.change_n > 0.0:
-            raise InputError("slip.change_n", f"{self.change_n}", "above 0; inf heeds no slip")
+            raise InputError("slip.change_n", f"{self.change_n}", "above 0; inf for no reaction to slips")
         if not (math.isfinite(self.raise_by) and self.raise_by >= 1.0):
             raise InputError("slip.raise_by", f"{self.raise_by}", "1 or more")
         duration_ns(self.pause_ms, NS_PER_MS, "slip.pause_ms")
 
-    def feel(self, touch: Touch, force: Array, taken_ns: int) -> float:
-        """Take in a sample (k,), N; RMS change from sample to sample, N, of the most restless fingertip."""
+    def record(self, touch: Touch, force: Array, taken_ns: int) -> float:
+        """Record a sample (k,), N; return the greatest RMS change of a fingertip from sample to sample, N."""
         if taken_ns > touch.taken_ns:
             if touch.force is not None:
                 change = float(np.max((force - touch.force) ** 2))
@@ -121,8 +124,8 @@ class Slip:
             touch.force, touch.taken_ns = force.copy(), taken_ns
         return math.sqrt(touch.variation)
 
-    def heed(self, touch: Touch, restless_n: float, now_ns: int) -> bool:
-        """Raise what is wanted if there is a slip; whether there is."""
+    def react(self, touch: Touch, restless_n: float, now_ns: int) -> bool:
+        """Raise the target if there is a slip; return whether there is."""
         rested = touch.raised_ns < 0 or now_ns - touch.raised_ns >= self.pause_ms * NS_PER_MS
         if restless_n <= self.change_n or not rested:
             return False

@@ -1,4 +1,4 @@
-"""From an excitation of a patient to the model that controllers load."""
+"""Identification of a patient's model from an excitation."""
 
 from typing import TYPE_CHECKING
 

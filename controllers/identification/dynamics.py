@@ -1,16 +1,16 @@
-"""Linear dynamics from recruited fractions to outputs, from a record with binary widths on every channel.
+"""Identification of linear dynamics from recruited fractions to outputs, under binary widths on all channels.
 
-Two ways to a state-space model x[k+1] = A x[k] + B v[k], y[k] = C x[k] + offset:
+Two methods give a state-space model x[k+1] = A x[k] + B v[k], y[k] = C x[k] + offset:
 
 "fir": impulse responses by ridge regression, realised by the singular values of their Hankel matrix (Kung
 1978; Juang and Pappa 1985, doi 10.2514/3.20031);
 "subspace": the observability matrix from the past's instruments (PO-MOESP: Verhaegen 1994, doi
 10.1016/0005-1098(94)90230-5).
 
-Both give A and C; B, the offset and the state at the start then follow by least squares, y being linear in
-them. An input delay is found by trying: inputs are moved by it, and the delay and the order with the least
-Bayesian information criterion are kept. Delay and fast lags stand for each other, so that the delay found is
-that of this model, not the muscle's to the millisecond.
+Both give A and C; B, the offset and the initial state then follow by least squares, as y is linear in them.
+The input delay and the order are those with the least Bayesian information criterion among all that are
+tried. A delay and fast lags have similar effects, so that the delay is this model's, not exactly the
+muscle's.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from fesloop.errors import InputError
 
 Array = NDArray[np.float64]
 _TINY_RIDGE = 1e-10
-"""Against states that nothing excites, as a share of the mean power of the regressors (chosen: rounding)."""
+"""Ridge for states without excitation, as a share of the regressors' mean power (chosen: rounding)."""
 
 
 def linear_rest(a: Array, c: Array, drive: Array, measured: Array) -> tuple[Array, Array, Array]:
-    """(b (n, channels), offset (outputs,), errors (samples, outputs)) by least squares over a record.
+    """Least-squares b (n, channels), offset (outputs,) and errors (samples, outputs) over a record.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def linear_rest(a: Array, c: Array, drive: Array, measured: Array) -> tuple[Arra
 
 @compiled
 def _regressors(a: Array, c: Array, drive: Array) -> Array:
-    """(samples outputs, channels n + n + outputs): of B's entries channel by channel, of the first state, of
+    """Regressors (samples outputs, channels n + n + outputs) of B's entries by channel, the first state and
     the offset. S_c[k+1] = A S_c[k] + v_c[k] I are the states under B = I, one column an entry."""
     samples, channels = drive.shape
     outputs, order = c.shape
@@ -81,22 +81,22 @@ Method = Literal["fir", "subspace"]
 _RIDGE = 1e-3
 """Ridge weight as a share of the inputs' mean power times the number of samples (chosen)."""
 _TINY = 1e-9
-"""Against rows that depend on each other, as a share of their mean power (chosen: far below any noise)."""
+"""Ridge for dependent rows, as a share of their mean power (chosen: far below any noise)."""
 _SLOWEST, _FASTEST = 0.9995, 1e-3
-"""Moduli of eigenvalues that a response which ends within a record can have, and which leave a sample a
-trace at all (chosen)."""
+"""Greatest and least moduli of eigenvalues: of a response that ends within a record, and of one that lasts a
+sample (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Dynamics:
-    """x[k+1] = a x[k] + b v[k], y[k] = c x[k] + offset, v the drive moved by the delay (`delayed`).
+    """Dynamics x[k+1] = a x[k] + b v[k], y[k] = c x[k] + offset, v the drive after the delay (`delayed`).
 
     Attributes
     ----------
     a, b, c: (n, n), (n, channels), (outputs, n).
     offset: (outputs,).
-    delay_s: of the inputs.
-    period_s: of the samples.
+    delay_s: delay of the inputs.
+    period_s: period of the samples.
     """
 
     a: Array
@@ -112,7 +112,7 @@ class Dynamics:
         return int(self.a.shape[0])
 
     def response(self, drive: Array, start: Array | None = None) -> Array:
-        """y at the samples, (n, outputs), from drives (n, channels) and the first state; None: at rest."""
+        """Outputs (n, outputs) at the samples, from drives (n, channels) and the first state (None: rest)."""
         moved = delayed(drive, self.delay_s / self.period_s)
         x = np.zeros(self.order) if start is None else start
         course = np.empty((len(drive), self.order))
@@ -122,7 +122,7 @@ class Dynamics:
         return np.asarray(course @ self.c.T + self.offset)
 
     def continuous(self) -> tuple[Array, Array]:
-        """(a, b) of x' = a x + b v with this as its exact zero-order-hold model."""
+        """Matrices a, b of x' = a x + b v whose exact zero-order-hold model this is."""
         states, inputs = self.b.shape
         stacked = block_diag(self.a, np.eye(inputs))
         stacked[:states, states:] = self.b
@@ -133,18 +133,18 @@ class Dynamics:
 def identify_dynamics(drive: Array, measured: Array, period_s: float, *, method: Method = "subspace",
                       memory_s: float = 1.0, delay_max_s: float = 0.15, delay_step_s: float = 0.005,
                       order_max: int = 12) -> Dynamics:
-    """The dynamics of a record.
+    """Identify the dynamics of a record.
 
     Parameters
     ----------
     drive: (n, channels), recruited fractions, held from each sample to the next.
-    measured: (n, outputs), at the samples.
-    period_s: of the samples.
-    memory_s: how long an input shows (the length of impulse responses).
-    delay_max_s, delay_step_s: delays that are tried.
+    measured: (n, outputs), measurements at the samples.
+    period_s: period of the samples.
+    memory_s: length of impulse responses.
+    delay_max_s, delay_step_s: greatest delay that is tried, and distance of delays.
     order_max: greatest number of states.
 
-    Raises InputError for a record that is too short, or of which no stable model comes.
+    Raises InputError for a record that is too short or gives no stable model.
     """
     memory = max(3, round(memory_s / period_s))
     if len(drive) < (drive.shape[1] + 3) * memory // 2:
@@ -164,12 +164,12 @@ def identify_dynamics(drive: Array, measured: Array, period_s: float, *, method:
                                            delay_s=float(delay_s), period_s=period_s)
     if best is None:
         raise InputError("identification", "no stable model of this record",
-                         remedy="look at the record: does what is measured follow the stimulation?")
+                         remedy="check in the record that the measurements follow the stimulation")
     return best[1]
 
 
 def _near(delays: Array, stride: int, best: tuple[float, Dynamics] | None) -> Array:
-    """Every so many delays; once one is known, those around it that were left out."""
+    """Coarse grid of delays; once one is known, the delays around it."""
     if best is None:
         return delays[::stride]
     at = int(np.argmin(np.abs(delays - best[1].delay_s)))
@@ -177,16 +177,16 @@ def _near(delays: Array, stride: int, best: tuple[float, Dynamics] | None) -> Ar
 
 
 def _information(error: Array, order: int, inputs: int) -> float:
-    """Bayesian information criterion of a model (Schwarz 1978) that leaves these errors (n, outputs)."""
+    """Bayesian information criterion (Schwarz 1978) of a model with these errors (n, outputs)."""
     samples, outputs = error.shape
     parameters = order * (inputs + outputs)
     return float(samples * np.log((error**2).mean(axis=0)).sum() + parameters * math.log(samples * outputs))
 
 
 def delayed(drive: Array, periods: float) -> Array:
-    """Inputs (n, channels) that act so much later, averaged over each sample's interval.
+    """Inputs (n, channels) after a delay, averaged over each sample's interval.
 
-    Before the record they are as at its beginning.
+    Before the record they have their first value.
     """
     whole, rest = divmod(periods, 1.0)
     padded = np.concatenate([np.repeat(drive[:1], int(whole) + 1, axis=0), drive])
@@ -194,7 +194,7 @@ def delayed(drive: Array, periods: float) -> Array:
 
 
 def impulse_responses(drive: Array, measured: Array, memory: int, ridge: float = _RIDGE) -> Array:
-    """(memory, outputs, channels): y by l + 1 samples after a pulse of one sample, by ridge regression."""
+    """Impulse responses (memory, outputs, channels), from one sample after the pulse, by ridge regression."""
     samples, channels = drive.shape
     rows = np.arange(memory, samples)[:, np.newaxis] - 1 - np.arange(memory)
     regressors = drive[rows].reshape(len(rows), -1)
@@ -207,7 +207,7 @@ def impulse_responses(drive: Array, measured: Array, memory: int, ridge: float =
 
 def _candidates(drive: Array, measured: Array, memory: int, method: Method,
                 order_max: int) -> Iterator[tuple[Array, Array]]:
-    """(A, C) of every order, without the eigenvalues that no sampled stable system has."""
+    """Pairs A, C of every order, without eigenvalues that no sampled stable system has."""
     observability = (_observability_by_responses if method == "fir" else _observability_by_instruments)(
         drive, measured, memory)
     outputs = measured.shape[1]
@@ -220,7 +220,7 @@ def _candidates(drive: Array, measured: Array, memory: int, method: Method,
 
 
 def _can_be_sampled(real: float, imaginary: float) -> bool:
-    """Whether a sampled stable system of lags and oscillations has such an eigenvalue: others are noise."""
+    """Whether a sampled stable system of lags and oscillations can have an eigenvalue; others are noise."""
     return _FASTEST < math.hypot(real, imaginary) < _SLOWEST and (real > 0.0 or imaginary != 0.0)
 
 
@@ -234,7 +234,7 @@ def _observability_by_responses(drive: Array, measured: Array, memory: int) -> A
 
 
 def _observability_by_instruments(drive: Array, measured: Array, memory: int) -> Array:
-    """The same by PO-MOESP, from the past inputs and outputs as instruments."""
+    """Columns as above by PO-MOESP, with past inputs and outputs as instruments."""
     rows = max(8, memory // 3)
     columns = len(drive) - 2 * rows + 1
     centred_u, centred_y = drive - drive.mean(axis=0), measured - measured.mean(axis=0)

@@ -1,4 +1,4 @@
-"""`excitation`: the stimulation from which a patient's model is identified, in one experiment."""
+"""`excitation`: stimulation for the identification of a patient's model, in one experiment."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True, eq=False)
 class Answers:
-    """How far the hand moved on each stair of each channel.
+    """Movement of the hand on each stair of each channel.
 
     Attributes
     ----------
-    moved: (channels, 1 + stairs), rad, greatest change of any measured angle; 0 on no stair.
-    before: (m,), what was measured when the channel's turn began; `channel` says whose.
+    moved: (channels, 1 + stairs), rad, greatest change of any measured angle; column 0: on no stair.
+    before: (m,), measurement at the start of the turn of `channel`.
     """
 
     moved: Array
@@ -36,11 +36,11 @@ class Answers:
 
     @classmethod
     def none(cls, channels: int, stairs: int) -> Answers:
-        """Before the first stair."""
+        """State before the first stair."""
         return cls(np.zeros((channels, 1 + stairs)), np.zeros(0))
 
     def note(self, channel: int, stair: int, measured: Array) -> None:
-        """What is measured while a channel is on a stair; what comes after the last counts for nothing."""
+        """Record a measurement while a channel is on a stair; later ones are ignored."""
         if channel != self.channel:
             self.channel, self.before = channel, measured.copy()
         if stair < self.moved.shape[1] - 1:
@@ -48,9 +48,9 @@ class Answers:
                                                  self.moved[channel, 1 + stair])
 
     def widths(self, bounds: Array, answers: Array) -> Array:
-        """(channels, 2), s: where each channel moved the hand by `answers` (2,), rad, between the stairs.
+        """Widths (channels, 2), s, at which each channel moved the hand by `answers` (2,), rad, interpolated.
 
-        Where it never moved that far, the longest; the shortest is four fifths of the longest at most.
+        A channel that never moved it that far has the longest; the shortest is at most 0.8 of the longest.
         """
         steps = np.linspace(0.0, 1.0, self.moved.shape[1])
         found = np.empty_like(bounds)
@@ -63,13 +63,13 @@ class Answers:
 
 @dataclass(slots=True, eq=False)
 class CurrentSearchState:
-    """What was found so far.
+    """State of the search for currents.
 
     Attributes
     ----------
     currents: (channels,), A; NaN until known.
-    before: (m,), what was measured when the channel's turn began, rad.
-    turn: whose turn it is; -1 before the first.
+    before: (m,), measurement at the start of the channel's turn, rad.
+    turn: channel whose turn it is; -1 before the first.
     """
 
     currents: Array
@@ -79,22 +79,23 @@ class CurrentSearchState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CurrentSearch:
-    """Each channel's current climbs in stairs until the hand answers; that is its threshold.
+    """Search for currents: each channel's current rises in stairs until the hand responds, its threshold.
 
     From then on the channel has `above_threshold` times the threshold, rounded to `step_ma`, and at most the
-    greatest current allowed, which a channel also gets to which the hand never answers. Each channel's turn
-    lasts as long whatever it finds, so the length of the experiment does not depend on the patient.
+    greatest current allowed, which a channel without a response has too. The duration of a channel's turn
+    does not depend on its threshold, so that the experiment is equally long for all patients.
 
     Attributes
     ----------
-    width_us: pulse width meanwhile.
-    from_ma: first stair. step_ma: height of each.
-    response_deg: change of any measured angle, from where it was when the turn began, that is an answer
-        (chosen: well above the scatter of a tracker whose wearer rests).
+    width_us: pulse width in the search.
+    from_ma: current of the first stair.
+    step_ma: height of a stair.
+    response_deg: change of any measured angle since the start of the turn that counts as a response (chosen:
+        well above the scatter of a tracker at rest).
     above_threshold: current over threshold, one for all channels or one each (chosen: pulse widths of 60 to
         350 us then reach from below threshold to three times the effective current there).
-    stair_s: length of a stair (chosen: longer than a twitch fuses and the hand follows).
-    rest_s: after each channel.
+    stair_s: duration of a stair (chosen: longer than twitches take to fuse and the hand to follow).
+    rest_s: rest after each channel.
     """
 
     width_us: float = 200.0
@@ -122,17 +123,17 @@ class CurrentSearch:
         return int(max(0.0, greatest_ma - self.from_ma) / self.step_ma + 1e-9) + 1
 
     def turns_ns(self, greatest_ma: Sequence[float]) -> NDArray[np.int64]:
-        """Length of each channel's turn, (channels,), ns."""
+        """Duration of each channel's turn, (channels,), ns."""
         stair, rest = (duration_ns(getattr(self, key), NS_PER_S, key) for key in ("stair_s", "rest_s"))
         return np.array([self.stairs(each) * stair + rest for each in greatest_ma])
 
     def begin(self, greatest_ma: Sequence[float], measured: int) -> CurrentSearchState:
-        """Nothing known yet."""
+        """State before the search."""
         return CurrentSearchState(np.full(len(greatest_ma), np.nan), np.zeros(measured))
 
     def pulse(self, state: CurrentSearchState, greatest_ma: Sequence[float], channel: int, within_ns: int,
               measured: Array) -> tuple[float, float]:
-        """(current A, width s) of a channel, `within_ns` into its turn; (0, 0) once it rests."""
+        """Current, A, and width, s, of a channel `within_ns` into its turn; 0 and 0 at rest."""
         if state.turn != channel:
             state.turn, state.before = channel, measured.copy()
         stair = within_ns // duration_ns(self.stair_s, NS_PER_S, "stair_s")
@@ -149,26 +150,26 @@ class CurrentSearch:
         return 0.0, 0.0
 
     def _above(self, channel: int, threshold_ma: float, greatest_ma: float) -> float:
-        """What a channel gets whose threshold is known, mA."""
+        """Current of a channel whose threshold is known, mA."""
         factor = self.above_threshold[channel if len(self.above_threshold) > 1 else 0]
         return min(greatest_ma, self.step_ma * max(1.0, round(factor * threshold_ma / self.step_ma)))
 
 
 Bounds = tuple[tuple[float, float], ...]
 RESTING, SEARCHING = -1.0, -2.0
-"""Phases in which nothing is asked, and in which currents are searched for."""
+"""Phases of rest, and of the search for currents."""
 
 
 @dataclass(slots=True, eq=False)
 class ExcitationState:
-    """What the schedule needs: constants, and the stream that the bits are drawn from.
+    """State of the schedule: constants, and the random stream of the bits.
 
     Attributes
     ----------
-    currents: (channels,), A; of a search, those found. recruiting, binary: (channels, 2), bounds of the
-        widths, s.
-    turns_ns: (channels,), ends of the turns of the search for currents, from its begin.
-    answers: to the stairs, where the binary widths follow from them.
+    currents: (channels,), A; those of the search, if there is one.
+    recruiting, binary: (channels, 2), bounds of the widths, s.
+    turns_ns: (channels,), ends of the turns of the search for currents, from its start.
+    answers: responses to the stairs, where the binary widths follow from them.
     """
 
     currents: Array
@@ -185,33 +186,32 @@ class Excitation:
     """Recruitment channel by channel, then pseudo-random binary pulse widths on all channels at once.
 
     Currents are fixed, as for the controllers that will use the model, or searched for first
-    (`current_search`); pulse widths are modulated. First all rests for `lead_s`. Then each channel alone
-    climbs from its lowest to its highest width, in stairs or as a ramp up and down again, and rests. Last,
-    for `prbs_s`, every channel is at one of its two bounds, drawn anew for each bit from the run's seed: bits
-    of different channels and instants are independent, however many there are, and what is binary stays
-    binary behind any recruitment curve, which is why linear dynamics can be told from it whatever the curves
-    are. After that nothing is stimulated.
+    (`current_search`); pulse widths are modulated. First all channels rest for `lead_s`. Then each channel
+    alone rises from its lowest to its highest width, in stairs or as a ramp up and down again, and rests.
+    Last, for `prbs_s`, every channel is at one of its two bounds, drawn for each bit from the run's seed:
+    bits of different channels and instants are independent, and a binary signal stays binary behind any
+    recruitment curve, so that linear dynamics can be identified whatever the curves are. After that there is
+    no stimulation.
 
     Attributes
     ----------
     current_ma: (channels,), fixed current of each channel; the greatest allowed where it is searched for.
-    current_search: how currents are found; None: they are fixed.
-    measured: size of the input that a search looks at; 0 takes it from what is wired in.
+    current_search: search for currents; None: they are fixed.
+    measured: size of the input `measured`; 0 takes it from the wire.
     width_us: (channels, 2), lowest and highest width of each channel's stairs or ramp.
     prbs_us: (channels, 2), bounds of the binary widths; empty: `width_us`.
     answer_deg: (least, most): each channel's binary widths are those at which some measured angle moved by
-        so much on its stairs, in place of `prbs_us`; so weak and strong hands move alike.
+        these amounts on its stairs, in place of `prbs_us`, so that weak and strong hands move alike.
     recruitment: "staircase" or "ramp".
     lead_s: rest at the start, for a tracker to settle.
-    stairs, stair_s: number of stairs and length of one; a ramp lasts as long as all stairs.
-    rest_s: after each channel.
-    prbs_s, bit_s: length of the binary part and of a bit (chosen: a bit of .2 s, the rise time of muscle,
+    stairs, stair_s: number of stairs and duration of one; a ramp lasts as long as all stairs.
+    rest_s: rest after each channel.
+    prbs_s, bit_s: duration of the binary part and of a bit (chosen: a bit of .2 s, the rise time of muscle,
         133 ms at 25 rad/s, and a little more).
 
     Input, for a search or `answer_deg` only: `measured` (m,), rad. Outputs: `stimulation` (channels, 2), A
-    and s; `phase`:
-    number of the channel that is being recruited, its rest included; the number of channels while the widths
-    are binary; -2 in the search for currents, -1 before and after all that.
+    and s; `phase`: number of the channel on its stairs or its rest after them; the number of channels while
+    the widths are binary; -2 in the search for currents, -1 before and after all that.
     """
 
     current_ma: tuple[float, ...]
@@ -256,7 +256,7 @@ class Excitation:
             raise InputError("answer_deg", f"{self.answer_deg}", "0 < least < most, deg")
         if self.recruitment != "staircase" or self.prbs_us:
             raise InputError("answer_deg", f"recruitment {self.recruitment!r}, prbs_us {self.prbs_us}",
-                             "a staircase, and no prbs_us", "leave prbs_us away")
+                             "a staircase, and no prbs_us", "remove prbs_us")
 
     @property
     def channels(self) -> int:
@@ -265,30 +265,30 @@ class Excitation:
 
     @property
     def duration_s(self) -> float:
-        """Of the whole schedule."""
+        """Duration of the whole schedule."""
         recruiting_s = self.channels * (self.stairs * self.stair_s + self.rest_s)
         return self.lead_s + self._search_s + recruiting_s + self.prbs_s
 
     @property
     def _search_s(self) -> float:
-        """Of the search for currents."""
+        """Duration of the search for currents."""
         search = self.current_search
         return search.turns_ns(self.current_ma).sum() / NS_PER_S if search else 0.0
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """`measured`, where something follows from it."""
+        """`measured`, for a search or `answer_deg`."""
         looks = self.current_search or self.answer_deg
         return (Port("measured", (self.measured or None,), "rad"),) if looks else ()
 
     def passages(self, context: Context) -> tuple[Passage, ...]:
-        """A search for currents ends as soon as something moves; answers count when all stairs are over."""
+        """A response in the search for currents acts at once; others act when all stairs are over."""
         if self.current_search:
             return ()
         return (Passage(inputs=("measured",), later="once its stairs are over"),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Excitation:
-        """For what is wired in; raises InputError for what is no vector."""
+        """The block for the wired input; raises InputError unless it is a vector."""
         shape = shapes.get("measured", (self.measured,))
         if len(shape) != 1:
             raise InputError("measured", f"shape {shape}", "a vector")
@@ -300,7 +300,7 @@ class Excitation:
         return Port("stimulation", (self.channels, 2), "A,s"), Port("phase", (), "1", RESTING)
 
     def init(self, context: Context) -> ExcitationState:
-        """Constants, and a search that knows nothing yet."""
+        """Constants, and the state before the search."""
         search, none = self.current_search, np.zeros(0, dtype=np.int64)
         return ExcitationState(np.array(self.current_ma) / 1e3, np.array(self.width_us) / 1e6,
                                np.array(self.prbs_us or self.width_us) / 1e6,
@@ -310,7 +310,7 @@ class Excitation:
                                Answers.none(self.channels, self.stairs) if self.answer_deg else None)
 
     def step(self, state: ExcitationState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The pulses of now."""
+        """Pulses and phase of this instant."""
         pulses = np.zeros((self.channels, 2))
         since_ns = tick.time_ns - duration_ns(self.lead_s, NS_PER_S, "lead_s")
         lasting_ns = self.stairs * duration_ns(self.stair_s, NS_PER_S, "stair_s")
@@ -347,7 +347,7 @@ class Excitation:
         return pulses, float(self.channels)
 
     def _search(self, state: ExcitationState, pulses: Array, since_ns: int, measured: Array) -> None:
-        """Write the pulse of the channel whose current is being searched for."""
+        """Fill the pulse of the channel whose current is searched for."""
         assert self.current_search is not None
         assert state.search is not None
         channel = int(np.searchsorted(state.turns_ns, since_ns, side="right"))
@@ -356,7 +356,7 @@ class Excitation:
             state.search, self.current_ma, channel, within_ns, measured)
 
     def _climbed(self, share: float) -> float:
-        """How far between the bounds a channel is, when this share of its time is over."""
+        """Position of a channel between its bounds after this share of its time."""
         if self.recruitment == "ramp":
             return 1.0 - abs(2.0 * share - 1.0)
         return (int(share * self.stairs) + 1.0) / self.stairs

@@ -1,4 +1,4 @@
-"""From the recording of an identification experiment to the model file of its patient."""
+"""Model file of a patient from the recording of an identification experiment."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from fesloop.models.patient_model import RECRUITMENT, PatientModel, electrodes_i
 
 Array = NDArray[np.float64]
 THRESHOLD_SHARE = 0.05
-"""Recruited fraction that counts as the threshold of a curve (chosen: a twitch that is seen)."""
+"""Recruited fraction that counts as the threshold of a curve (chosen: a visible twitch)."""
 _REPORTED = {"threshold_ma": "half_ma"}
-"""Names in the report, where a threshold is that of `THRESHOLD_SHARE`."""
+"""Names in the report, where "threshold" is that of `THRESHOLD_SHARE`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordingIdentified:
-    """The model of a recording's patient, and all that came with it."""
+    """Model of a recording's patient, with the results of the identification."""
 
     model: PatientModel
     identified: Identified
 
     def report(self) -> dict[str, Any]:
-        """As plain tables: fit on held-out samples, thresholds and curves."""
+        """Report as plain tables: fit on held-out samples, thresholds and curves."""
         model, identified = self.model, self.identified
         curves = model.model.recruitment
         assert curves is not None
@@ -53,16 +53,16 @@ class RecordingIdentified:
 
 
 def identify_recording(path: str, *, measured: str = "", method: Method = "subspace") -> RecordingIdentified:
-    """The model of the patient of a recording.
+    """Identify the model of a recording's patient.
 
     Parameters
     ----------
-    path: of a recording with a block of kind `excitation`; behind a `safety` block what that let through
-        counts.
-    measured: the signal that is to be predicted; empty: that of the first `synergies` block by name.
-    method: of `controllers.identification.dynamics`.
+    path: recording with a block of kind `excitation`; the output of a `safety` block, if there is one, counts
+        as the stimulation.
+    measured: signal to be predicted; empty: that of the first `synergies` block by name.
+    method: method of `controllers.identification.dynamics`.
 
-    Raises InputError for a recording of something else, and all that `identify` raises.
+    Raises InputError for another recording, and the errors of `identify`.
     """
     with Recording(path) as recording:
         blocks = recording.experiment["blocks"]
@@ -88,7 +88,7 @@ def identify_recording(path: str, *, measured: str = "", method: Method = "subsp
 
 def read_record(recording: Recording, excitation: str, source: str, measured: str,
                 outputs: tuple[str, ...]) -> IdentificationRecord:
-    """Trial 0 on the ticks of the excitation; what is measured is interpolated between its captures."""
+    """Read trial 0 on the ticks of the excitation, with measurements interpolated between their captures."""
     period_s = RateClock.from_rate(recording.experiment["blocks"][excitation]["rate"]).period_s
     phase = recording.signal(f"{excitation}.phase")
     pulses = recording.signal(f"{source}.stimulation")
@@ -100,7 +100,7 @@ def read_record(recording: Recording, excitation: str, source: str, measured: st
     captured, newest = np.unique(seen.newest_ns, return_index=True)
     known = captured >= 0
     if known.sum() < 2:
-        raise InputError(f"{recording.path}: {measured}", "holds nothing captured",
+        raise InputError(f"{recording.path}: {measured}", "has no captured samples",
                          "samples of the whole run")
     times = captured[known] / NS_PER_S
     columns = seen.values[newest[known]].T
@@ -123,6 +123,6 @@ def _first(blocks: Mapping[str, Any], kind: str) -> str:
 
 
 def _names(blocks: Mapping[str, Any], signal: str) -> tuple[str, ...]:
-    """Names of a vector's elements, where its block knows them."""
+    """Names of a vector's elements, if its block has them."""
     table = blocks.get(signal.partition(".")[0], {})
     return tuple(table["rows"]) if table.get("kind") == "synergies" else ()

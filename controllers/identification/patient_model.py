@@ -1,4 +1,4 @@
-"""A patient's model from the record of an identification experiment (`identification.excitation`)."""
+"""Identification of a patient's model from the record of an experiment (`identification.excitation`)."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from fesloop.models.linear_model import LinearModel, Recruitment
 
 Array = NDArray[np.float64]
 USUAL_SPREAD, USUAL_LAG_S = 0.35, 0.1
-"""Where the fit starts, and where it stays if the record says nothing (chosen: spread as of a finger's
-muscles; two such lags rise in about .3 s)."""
+"""Prior values and start of the fit (chosen: spread as of a finger's muscles; two such lags rise in about
+.3 s)."""
 _PRIOR_WEIGHT = 0.01
-"""Weight of a departure by a factor of e from the usual, against all of the motion (chosen: a record that
-shows a whole curve is followed, one that shows its foot only is not led astray)."""
+"""Weight of a departure by a factor of e from the prior, relative to all of the motion (chosen: small for a
+record with a whole curve, large enough for one with its foot alone)."""
 _NEAR = 0.01
-"""Relative distance to a bound at which a fit counts as being there (chosen): it never quite gets to one."""
+"""Relative distance to a bound at which a fit counts as being at it (chosen): fits never reach one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecruitmentFit:
-    """The curve of one channel.
+    """Recruitment curve of one channel.
 
     Attributes
     ----------
-    threshold_ma, spread: as of `fesloop.models.linear_model.Recruitment`.
+    threshold_ma, spread: as in `fesloop.models.linear_model.Recruitment`.
     lag_s: time constant of each of the two lags.
     rest, gain: (m,), y0 and g, in the units of y.
     fit_percent: 100 (1 - |error| / |y - mean|).
     moved: (m,), peak to peak of y.
-    at_bound: of threshold_ma and spread those at an end of what is tried, and which: "or less", "or more".
+    at_bound: "or less" or "or more" by name, for threshold_ma and spread at an end of the search.
     """
 
     threshold_ma: float
@@ -54,25 +54,25 @@ class RecruitmentFit:
 
 
 def effective_ma(width_s: Array, current_ma: float, chronaxie_us: float) -> Array:
-    """Effective current, mA, (n,): 0 where there is no pulse."""
+    """Effective current, mA, (n,); 0 without a pulse."""
     width_us = 1e6 * width_s
     return np.asarray(current_ma * width_us / (width_us + chronaxie_us))
 
 
 def fit_recruitment(width_s: Array, current_ma: float, measured: Array, period_s: float, *,
                     chronaxie_us: float = 200.0, least_moved: float = 0.0) -> RecruitmentFit:
-    """The curve behind a record of one channel.
+    """Fit the recruitment curve to a record of one channel.
 
     Parameters
     ----------
     width_s: (n,), pulse width at each tick, s, held until the next.
-    current_ma: of the channel.
+    current_ma: current of the channel.
     measured: (n, m), y at the ticks.
-    period_s: of the ticks.
-    chronaxie_us: taken as known: at a single current it cannot be told from the threshold.
-    least_moved: least peak to peak of some output, in its units, that counts as a response.
+    period_s: period of the ticks.
+    chronaxie_us: known chronaxie: at a single current it cannot be separated from the threshold.
+    least_moved: least peak-to-peak movement of an output, in its units, that counts as a response.
 
-    Raises InputError where nothing moves, so that there is no curve.
+    Raises InputError without a response.
     """
     moved = np.ptp(measured, axis=0)
     if not (moved > least_moved).any():
@@ -120,8 +120,8 @@ def _fractions(effective: Array, threshold: float, spread: float) -> Array:
 
 
 def lagged(course: Array, lag_s: float, period_s: float) -> Array:
-    """A held input (n,) behind two equal lags of gain 1, at the ticks, from rest: exact (lags in steps
-    of a tick, T = period / lag: e^-T (1 + T) and e^-T are what is left of a step after one tick)."""
+    """Held input (n,) behind two equal lags of gain 1, at the ticks, from rest: exact (with T = period / lag,
+    the remainders of a step after one tick are e^-T (1 + T) and e^-T)."""
     ratio = period_s / lag_s
     keep = math.exp(-ratio)
     first = 1.0 - keep * (1.0 + ratio)
@@ -130,30 +130,30 @@ def lagged(course: Array, lag_s: float, period_s: float) -> Array:
 
 
 def _left_over(course: Array, measured: Array) -> tuple[Array, Array]:
-    """What a line in `course` leaves of each column, and the line: rows intercept, slope."""
+    """Residuals of each column after a line in `course`, and the line: rows intercept, slope."""
     regressors = np.column_stack([np.ones(course.size), course])
     coefficients = np.linalg.lstsq(regressors, measured, rcond=None)[0]
     return measured - regressors @ coefficients, np.asarray(coefficients)
 
 
 LEAST_MOVED = np.deg2rad(1.0)
-"""Response of an angle, rad, from which on a channel counts as recruiting (chosen: above the scatter of a
-tracker whose wearer rests)."""
+"""Response of an angle, rad, above which a channel counts as recruiting (chosen: above the scatter of a
+tracker at rest)."""
 AHEAD_S = 0.5
-"""Of the prediction "half_second", as far as a predictive controller looks."""
+"""Horizon of the prediction "half_second", like a predictive controller's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IdentificationRecord:
-    """What an identification experiment left, on the ticks of the stimulation.
+    """Record of an identification experiment on the ticks of the stimulation.
 
     Attributes
     ----------
-    period_s: of the ticks.
+    period_s: period of the ticks.
     stimulation: (n, channels, 2), A and s, held until the next tick.
-    measured: (n, outputs), at the ticks, whenever it was received.
-    phase: (n,), as of `Excitation`.
-    outputs: names of what is measured.
+    measured: (n, outputs), measurements at the ticks, by their instants of capture.
+    phase: (n,), as in `Excitation`.
+    outputs: names of the outputs.
     """
 
     period_s: float
@@ -166,7 +166,7 @@ class IdentificationRecord:
         used = self.phase >= 0.0
         if not np.isfinite(self.measured[used]).all():
             raise InputError("measured", "holds values that are not finite", "a number at every tick",
-                             "identify from a tracker that sees what is measured")
+                             "use a tracker that observes all outputs")
 
     @property
     def channels(self) -> int:
@@ -176,16 +176,16 @@ class IdentificationRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Identified:
-    """The model, and how it came about.
+    """Identified model, with the results of its parts.
 
     Attributes
     ----------
-    model: of recruitment, delay and dynamics.
-    curves: one a channel.
-    current_ma: (channels,).
-    operating_drive, operating_outputs: mean of the binary part.
-    fit: percent by kind of prediction and output, on what was held out: `fit_of`.
-    held_out_s: how long that was.
+    model: recruitment, delay and dynamics.
+    curves: curve of each channel.
+    current_ma: (channels,), currents.
+    operating_drive, operating_outputs: means of the binary part.
+    fit: percent (`fit_of`) by kind of prediction and output, on held-out samples.
+    held_out_s: duration of these.
     """
 
     model: LinearModel
@@ -199,16 +199,16 @@ class Identified:
 
 def identify(record: IdentificationRecord, *, method: Method = "subspace", held_out: float = 1.0 / 3.0,
              chronaxie_us: float = 200.0, least_moved: float = LEAST_MOVED) -> Identified:
-    """The model of a record.
+    """Identify the model of a record.
 
     Parameters
     ----------
-    method: of `identify_dynamics`.
-    held_out: share of the binary part, its end, that nothing is fitted to.
-    chronaxie_us: taken as known; at a single current it cannot be told from the threshold.
-    least_moved: response that counts as one, in the units of what is measured.
+    method: method of `identify_dynamics`.
+    held_out: share of the binary part, at its end, that is not used for fitting.
+    chronaxie_us: known chronaxie: at a single current it cannot be separated from the threshold.
+    least_moved: least movement that counts as a response, in the units of the outputs.
 
-    Raises InputError for a channel that moves nothing, too short a record, or one without a stable model.
+    Raises InputError for a channel without a response, a record that is too short, or no stable model.
     """
     curves = tuple(_curve(record, channel, chronaxie_us, least_moved) for channel in range(record.channels))
     used = record.stimulation[record.phase >= 0.0, :, 0]
@@ -218,7 +218,7 @@ def identify(record: IdentificationRecord, *, method: Method = "subspace", held_
     binary = record.phase == record.channels
     if not 0.0 < held_out < 1.0 or binary.sum() < 2:
         raise InputError("held_out", f"{held_out:g} of {int(binary.sum())} samples",
-                         "a share between 0 and 1, of a run that got to its binary part")
+                         "a share between 0 and 1, of a run that reached its binary part")
     drive = np.array([recruitment.fraction(pulses) for pulses in record.stimulation[binary]])
     measured = record.measured[binary]
     first = len(drive) - round(held_out * len(drive))
@@ -237,7 +237,7 @@ def _curve(record: IdentificationRecord, channel: int, chronaxie_us: float,
            least_moved: float) -> RecruitmentFit:
     rows = record.phase == channel
     if not rows.any():
-        raise InputError(f"channel {channel}", "was not recruited by itself", "every channel",
+        raise InputError(f"channel {channel}", "was not recruited alone", "every channel",
                          "let the experiment run until its end")
     pulses = record.stimulation[rows, channel]
     try:
@@ -250,11 +250,10 @@ def _curve(record: IdentificationRecord, channel: int, chronaxie_us: float,
 
 def predictions(dynamics: Dynamics, drive: Array, measured: Array, first: int,
                 outputs: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Fit of three predictions of everything from sample `first` on, percent by output.
+    """Fit of three predictions from sample `first` on, percent by output.
 
-    "free_run" knows the drives alone; "half_second" and "one_step" know what was measured that long before
-    and add by how much the free run missed it, which is what a controller does that estimates an output
-    disturbance.
+    "free_run" uses the drives alone; "half_second" and "one_step" add the error of the free run that long
+    before, as a controller does that estimates an output disturbance.
     """
     free = dynamics.response(drive)
     missed = measured - free
@@ -266,7 +265,7 @@ def predictions(dynamics: Dynamics, drive: Array, measured: Array, first: int,
 
 
 def fit_of(measured: Array, predicted: Array) -> list[float]:
-    """100 (1 - |measured - predicted| / |measured - mean|) of each column."""
+    """Fit 100 (1 - |measured - predicted| / |measured - mean|) of each column."""
     error = np.linalg.norm(measured - predicted, axis=0)
     spread = np.linalg.norm(measured - measured.mean(axis=0), axis=0)
     return [float(value) for value in 100.0 * (1.0 - error / np.maximum(spread, 1e-300))]

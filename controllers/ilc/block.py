@@ -1,4 +1,4 @@
-"""Iterative learning control: a feedforward for a whole trial, improved from trial to trial."""
+"""`ilc`: a feedforward for a whole trial, improved from trial to trial."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from controllers.ilc.laws import pulses_of
 from controllers.ilc.parameters import IlcParameters
 from controllers.ilc.trajectories import explained
 from controllers.ilc.trial import SeenTrial
-from controllers.period import period_ns
+from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import Passage, Surroundings
 from fesloop.loop.block import Context, Tick
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 def note(seen: SeenTrial, latch: StatusLatch, k: int, inputs: Sequence[Sample], sd_max_deg: float,
          tick: Tick) -> None:
-    """Keep the measurement of tick k, and tell what of it is doubtful.
+    """Record the measurement of tick k, and report doubtful parts of it.
 
     `inputs`: `measured` and `measured_sd` (outputs,), rad, and `trusted`.
     """
@@ -38,11 +38,11 @@ def note(seen: SeenTrial, latch: StatusLatch, k: int, inputs: Sequence[Sample], 
     measured, sd = cast(Array, sample.value), cast(Array, spread.value)
     broken = ~np.isfinite(measured)
     vague = ~(sd <= math.radians(sd_max_deg))
-    latch.put(tick, "non_finite", bool(broken.any()), "a measurement is not finite: left out of learning")
+    latch.put(tick, "non_finite", bool(broken.any()), "a measurement is not finite: excluded from learning")
     latch.put(tick, "uncertain", bool(vague.any()),
-              f"a measurement's sd is above {sd_max_deg:g} deg: left out of learning")
+              f"a measurement's sd is above {sd_max_deg:g} deg: excluded from learning")
     distrusted = not cast(float, trusted.value) >= 0.5
-    latch.put(tick, "untrusted", distrusted, "said not to be trusted: left out of learning")
+    latch.put(tick, "untrusted", distrusted, "marked as not trusted: excluded from learning")
     seen.note(k, sample.newest_ns, measured, broken | vague | distrusted)
 
 
@@ -51,12 +51,12 @@ Report = tuple[str, str]
 
 @dataclass(slots=True, eq=False)
 class IlcState:
-    """The drives of this trial and what is seen of it.
+    """Drives of this trial and its measurements.
 
     Attributes
     ----------
-    drives, pulses: (samples, muscles), and (samples, muscles, 2), what they become.
-    pending: statuses of the learning before this trial, told at its first tick.
+    drives, pulses: (samples, muscles), and (samples, muscles, 2), their pulses.
+    pending: statuses of the learning before this trial, reported at its first tick.
     """
 
     drives: Array
@@ -70,17 +70,17 @@ class IlcState:
 class Ilc(IlcParameters):
     """Learns the drives of a trial from the errors of the trials before (laws: `ilc.laws`).
 
-    During a trial it gives out the drives learnt so far, as pulse widths at fixed currents by the inverse of
-    the model's recruitment, and keeps what is measured with its capture stamps. Between trials the law
-    turns the error into new drives. Only what the trial covered is learnt from: its end, if it ended early
-    or its last samples were still under way, and gaps in the measurement, count for nothing. A trial of
-    which too much is doubtful is rejected: its drives are used again. A law whose condition of convergence
-    fails, or holds with a small margin, is told at the first tick.
+    During a trial it issues the drives learnt so far, as pulse widths at fixed currents by the inverse of the
+    model's recruitment, and records the measurements with their capture stamps. Between trials the law
+    computes new drives from the error. Only instants with a measurement count: not the end of a trial that
+    ended early or whose last samples had not arrived, and not gaps. A trial with too many doubtful samples
+    is rejected, and its drives are used again. A law whose condition of convergence fails, or holds with a
+    small margin, is reported at the first tick.
 
     Parameters are those of `IlcParameters`.
 
     Inputs: `reference` and `measured` (outputs,), rad; optional `measured_sd` (outputs,), rad, `force`
-    (fingertips,), N, and `trusted`, below 0.5 where a sample is not to be learnt from. Output: `stimulation`
+    (fingertips,), N, and `trusted`, below 0.5 where a sample is excluded from learning. Output: `stimulation`
     (muscles, 2).
     """
 
@@ -102,36 +102,36 @@ class Ilc(IlcParameters):
         return (Port("stimulation", (self.model.inputs, 2), "A,s"),)
 
     def passages(self, context: Context) -> tuple[Passage, ...]:
-        """What is read is learnt from; the drives of a trial stand before it begins."""
+        """No input has an effect within the trial: drives are fixed before it begins."""
         return (Passage(inputs=tuple(port.name for port in self.inputs), later="in the next trial"),)
 
 
     def condition(self, context: Context) -> Condition:
-        """Whether the law converges on its nominal model, and with what margin."""
+        """Condition of convergence of the law on its nominal model, and its margin."""
         return condition_of(self, period_ns(context))
 
     def faults(self, context: Context, surroundings: Surroundings) -> tuple[InputError, ...]:
-        """What of the parameters does not fit the loop around: its delay."""
+        """Faults of the parameters in this loop: its delay."""
         return tuple(faults(self, surroundings))
 
     def cautions(self, context: Context) -> tuple[Report, ...]:
-        """What is to be feared before the first trial: (status, detail) each."""
+        """Warnings (status, detail) that the parameters give."""
         return self.condition(context).cautions(self.law, self.strength_margin)
 
     def cautions_in_place(self, context: Context, surroundings: Surroundings) -> tuple[Report, ...]:
-        """What is to be feared of the loop around: delays that the law does not reckon with."""
+        """Warnings (status, detail) about this loop: delays that the law does not include."""
         return cautions_in_place(self, period_ns(context), surroundings)
 
     def init(self, context: Context) -> IlcState:
-        """The first trial."""
+        """State of the first trial."""
         return self._trial(self.learning(period_ns(context)).first, self.cautions(context))
 
     def next_trial(self, state: IlcState, context: Context) -> IlcState:
-        """The next trial, with what the last one taught."""
+        """State of the next trial, with the drives that the law learns from the last one."""
         period, share = period_ns(context), state.seen.doubtful_share()
         if share > self.reject_share:
             return self._trial(state.drives, ((
-                "trial_rejected", f"{100.0 * share:.0f} % of what was measured is doubtful, more than "
+                "trial_rejected", f"{100.0 * share:.0f} % of the measurements are doubtful, more than "
                 f"{100.0 * self.reject_share:g} %: the drives are used again"),))
         gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
         posture, covered = state.seen.posture(self.align_captures, gap_ns)
@@ -151,12 +151,12 @@ class Ilc(IlcParameters):
         return self._trial(drives, tuple(reports))
 
     def _trial(self, drives: Array, reports: tuple[Report, ...]) -> IlcState:
-        """A trial about to begin."""
+        """State at the start of a trial with the given drives."""
         seen = SeenTrial.empty(drives.shape[0], self.model.outputs)
         return IlcState(drives, pulses_of(self.allocation(), drives), seen, reports)
 
     def step(self, state: IlcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Pulses for this tick; what is read is kept."""
+        """Pulses for this tick; records the inputs."""
         for report in state.pending:
             tick.report(*report)
         state.pending = ()
@@ -166,7 +166,7 @@ class Ilc(IlcParameters):
             return (state.pulses[last].copy(),)
         reference = inputs[0]
         usable = reference.arrived_ns >= 0 and is_finite(reference.value)
-        state.latch.put(tick, "no_reference", not usable, "no finite reference: this tick is not learnt from")
+        state.latch.put(tick, "no_reference", not usable, "no finite reference: this tick does not count")
         if usable:
             state.seen.ticks_ns[k] = tick.time_ns
             state.seen.reference[k] = cast(Array, reference.value)
@@ -175,5 +175,5 @@ class Ilc(IlcParameters):
         if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():
             state.seen.touch(k)
             tick.report("contact", f"a fingertip presses by more than {self.contact_n:g} N: from here on "
-                        "what grasps is not learnt")
+                        "grasping outputs are excluded from learning")
         return (state.pulses[k].copy(),)

@@ -1,4 +1,4 @@
-"""What of the parameters of `ilc.Ilc` cannot be: by themselves, and where the law stands."""
+"""Checks of the parameters of `ilc`, alone and in their loop."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from controllers.ilc.convergence import SLACK, growth_under
 from controllers.ilc.parameters import IlcParameters
-from controllers.limits.actuation import STATUS, in_words, missed_ns
 from controllers.limits.allocation import LEAST_REACH, check_reach, require_kept
+from controllers.timing import DELAY_STATUS, delay_text, missed_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import Surroundings
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
@@ -20,7 +20,7 @@ _POSITIVE = ("duration_s", "change_weight", "gain", "gradient_step", "slew", "dr
 
 
 def check(ilc: IlcParameters) -> None:
-    """Raise InputError for the first parameter that cannot be."""
+    """Raise InputError for the first parameter that is not allowed."""
     _check_sizes(ilc)
     for key in _POSITIVE:
         if not (math.isfinite(getattr(ilc, key)) and getattr(ilc, key) > 0.0):
@@ -44,7 +44,7 @@ def check(ilc: IlcParameters) -> None:
 
 
 def _check_limits(ilc: IlcParameters) -> None:
-    """Limits that leave nothing to learn with."""
+    """Raise InputError for limits that leave no drive to learn."""
     allocation = ilc.allocation()
     check_reach(ilc.drive_max, allocation)
     require_kept(ilc, allocation)
@@ -62,11 +62,11 @@ def _check_limits(ilc: IlcParameters) -> None:
         muscle = int(threshold_uc.argmax())
         raise InputError("trial_charge_max_uc", f"{ilc.trial_charge_max_uc:g} uC",
                          f"{threshold_uc[muscle]:.3g} or more, one pulse that recruits {LEAST_REACH:g} of "
-                         f"muscle {muscle}", "raise it to what a trial takes")
+                         f"muscle {muscle}", "raise it to the charge of a trial")
 
 
 def faults(ilc: IlcParameters, surroundings: Surroundings) -> Iterator[InputError]:
-    """What does not fit the delay of model and loop: a trial that ends before it, points within it."""
+    """Faults in this loop: a trial that ends before the delay of model and loop, points within the delay."""
     own_ns = ilc.model.delay_ns + duration_ns(ilc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     delay_ns = max(own_ns, ilc.model.delay_ns + surroundings.loop_ns)
     of = f"the delay of {delay_ns / NS_PER_MS:g} ms of model and loop"
@@ -75,38 +75,38 @@ def faults(ilc: IlcParameters, surroundings: Surroundings) -> Iterator[InputErro
                          f"above {delay_ns / NS_PER_S:g} s", "lengthen the trial")
     for i, point in enumerate(ilc.points):
         if point.at_s * NS_PER_S <= own_ns:
-            yield InputError(f"points[{i}].at_s", f"{point.at_s:g} s is before any drive shows",
+            yield InputError(f"points[{i}].at_s", f"{point.at_s:g} s is before the effect of any drive",
                              f"above {own_ns / NS_PER_S:g} s", "set the point later")
 
 
 def cautions_in_place(
     ilc: IlcParameters, period_ns: int, surroundings: Surroundings
 ) -> tuple[tuple[str, str], ...]:
-    """Delays that the law does not reckon with, and whether it converges under them.
+    """Warnings about delays that the law does not include, and whether it converges under them.
 
-    The delay to the plant, and the age of samples where captures are not aligned, as a drive shows that much
-    later in what is learnt from.
+    They are the delay to the plant, and the age of samples where captures are not aligned, which delays the
+    effect of a drive in the measurements.
     """
     if surroundings.actuation_ns is None:
         return ()
     own_ns = duration_ns(ilc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     late_ns = missed_ns(own_ns, surroundings, period_ns)
-    told = [in_words(ilc.actuation_delay_ms, surroundings)] if late_ns else []
+    told = [delay_text(ilc.actuation_delay_ms, surroundings)] if late_ns else []
     age_ns = 0.0 if ilc.align_captures else surroundings.age_ns.get("measured", 0.0)
     if age_ns > period_ns:
         late_ns += age_ns
         told.append(f"samples are {age_ns / NS_PER_MS:.4g} ms old on average, and align_captures = false "
-                    "takes them for the present")
+                    "treats them as present")
     if not told:
         return ()
     growth = growth_under(ilc, period_ns, own_ns + round(late_ns))
     if growth is not None and growth > 1.0 + SLACK:
         told.append(f"law {ilc.law} may diverge: the error may grow {growth:.3g} times a trial")
-    return ((STATUS, "; ".join(told)),)
+    return ((DELAY_STATUS, "; ".join(told)),)
 
 
 def _check_sizes(ilc: IlcParameters) -> None:
-    """As many currents, weights and models' ports as the model has."""
+    """Raise InputError unless currents, weights and further models have the sizes of the model."""
     muscles, outputs = ilc.model.inputs, ilc.model.outputs
     for key, size in (("grasping_outputs", outputs), ("grasping_channels", muscles)):
         if not set(getattr(ilc, key)) <= set(range(size)):
@@ -124,4 +124,4 @@ def _check_sizes(ilc: IlcParameters) -> None:
     for i, model in enumerate(ilc.bank):
         if (model.inputs, model.outputs) != (muscles, outputs):
             raise InputError(f"bank[{i}]", f"{model.inputs} inputs and {model.outputs} outputs",
-                             f"{muscles} and {outputs}, as those of model")
+                             f"{muscles} and {outputs}, as in model")

@@ -1,7 +1,7 @@
-"""Whether a trial's error will shrink: the condition of each learning law, checked before the first trial.
+"""Condition under which each learning law reduces the error of every trial, checked before the first one.
 
 The conditions are those of monotone convergence without limits. Each is given as the growth of the error a
-trial, for the nominal model, and as the margin: how many times as strong as its model the plant may be.
+trial, for the nominal model, and as the margin: the greatest ratio of the plant's strength to the model's.
 
     phase_lead      max over frequency of |Q| s((1 - f) I - gain z^lead G K^+), s the greatest singular
                     value: frequency by frequency (Norrlof and Gunnarsson 2002, doi
@@ -9,9 +9,9 @@ trial, for the nominal model, and as the margin: how many times as strong as its
     gradient        max |1 - f - step h|, h the strength of a pattern of drives over that of the strongest
     norm-optimal    max |1 - f - g / (g + rho)|, g the eigenvalues of G'WG
 
-f is the forgetting. Patterns that the model shows weaker than `SEEN` of the strongest are left out: no law
-learns what cannot be seen. Limits inside the programme keep the nominal condition, as d = 0 is always
-admissible and so no optimum leaves a greater error.
+f is the forgetting. Patterns with less than `SEEN` of the strongest one's effect in the model are excluded:
+no law learns what the outputs do not show. Limits inside the programme keep the nominal condition, as d = 0
+is always admissible and so no optimum leaves a greater error.
 """
 
 from __future__ import annotations
@@ -33,28 +33,28 @@ from fesloop.models.linear_model import SampledModel
 
 Array = NDArray[np.float64]
 SEEN = 0.01
-"""Singular value of G, over the greatest, below which a pattern of drives counts as not seen (chosen)."""
+"""Singular value of G, over the greatest, below which a pattern of drives counts as invisible (chosen)."""
 _PATTERNS = ("in the strongest pattern seen", "in the weakest pattern seen")
 _FREQUENCIES = 400
 _ROUNDING = 1e-9
 SLACK = 0.01
-"""Of a growth above 1, for a part of a trial and patterns that are hardly seen (chosen)."""
+"""Tolerance on a growth of 1, for a part of a trial and patterns that hardly show (chosen)."""
 _DENSE = 240
-"""Drives of which a growth is computed densely (chosen: some tenths of a second)."""
+"""Largest number of drives for dense computation of a growth (chosen: some tenths of a second)."""
 _KEPT = 4
-"""Controllers whose condition is kept, the last used."""
+"""Number of controllers whose condition is cached."""
 _STRONGEST_PLANT = 1e3
-"""Margin above which it is given as this."""
+"""Greatest margin that is reported."""
 
 
 class Condition(NamedTuple):
-    """What theory says of a law on its nominal model.
+    """Convergence of a law on its nominal model.
 
     Attributes
     ----------
     growth: greatest factor of the error from trial to trial; below 1 it shrinks in every trial.
     strength_margin: the growth stays at 1 or below for plants up to this many times as strong as the model.
-    where: which part of the error grows most or shrinks least, in words.
+    where: text that names the part of the error with this growth.
     """
 
     growth: float
@@ -63,11 +63,11 @@ class Condition(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether the error can only shrink."""
+        """Whether the error never grows."""
         return self.growth <= 1.0 + _ROUNDING
 
     def cautions(self, law: str, strength_margin: float) -> tuple[tuple[str, str], ...]:
-        """(status, detail) where a law may diverge, or has less than the margin wanted; else nothing."""
+        """Warnings (status, detail) about a law that may diverge, or has less than the required margin."""
         if self.holds and self.strength_margin >= strength_margin:
             return ()
         grows = "" if self.holds else f"the error may grow {self.growth:.3g} times a trial {self.where}; "
@@ -78,12 +78,12 @@ class Condition(NamedTuple):
 
 @lru_cache(maxsize=_KEPT)
 def condition_of(ilc: IlcParameters, period_ns: int) -> Condition:
-    """The condition of a controller at a period; kept, for every run of it begins with that."""
+    """Condition of a controller at a period, cached because every run begins with it."""
     return condition(ilc.learning(period_ns), period_ns)
 
 
 def condition(learning: Learning, period_ns: int) -> Condition:
-    """The condition of a law at a period; of "newton", whose model changes, that of its mean slopes."""
+    """Condition of a law at a period; for "newton", whose model changes, at its mean slopes."""
     kept = 1.0 - learning.forgetting
     if learning.law == "phase_lead":
         return _phase_lead(learning, 0.5 * NS_PER_S / period_ns)
@@ -101,7 +101,7 @@ def condition(learning: Learning, period_ns: int) -> Condition:
 
 
 def _phase_lead(learning: Learning, nyquist_hz: float) -> Condition:
-    """Frequency by frequency, on the side of the outputs, or of the drives where these are fewer."""
+    """Condition at each frequency, on the outputs, or on the drives where these are fewer."""
     model, shares = learning.model, np.linspace(0.0, 1.0, _FREQUENCIES)
     inverse = learning.gain * np.linalg.pinv(static_gain(model))
     z = np.exp(1j * np.pi * shares)[:, None, None]
@@ -123,7 +123,7 @@ def _phase_lead(learning: Learning, nyquist_hz: float) -> Condition:
 
 
 def _greatest_strength(growth: Callable[[float], float]) -> float:
-    """Upper end of the strengths whose growth is 1 or less: an interval, as the growth is convex in them."""
+    """Greatest strength whose growth is 1 or less; such strengths form an interval, as growth is convex."""
     low, high = 0.0, 1.0
     while growth(high) <= 1.0 + _ROUNDING:
         low, high = high, 2.0 * high
@@ -136,9 +136,10 @@ def _greatest_strength(growth: Callable[[float], float]) -> float:
 
 
 def growth_under(ilc: IlcParameters, period_ns: int, actuation_ns: int) -> float | None:
-    """As `growth_on`, where the model is right but for the delay of actuation.
+    """Growth (`growth_on`) for a plant that differs from the model in the actuation delay alone.
 
-    Of the first part of a trial: all of it grows no less. None where that part is too short for the delay.
+    It is computed for the first part of a trial; that of the whole is no less. None where that part is
+    shorter than the delay.
     """
     learning = ilc.learning(period_ns)
     plant = ilc.model.sampled(period_ns, actuation_ns)
@@ -151,9 +152,9 @@ def growth_under(ilc: IlcParameters, period_ns: int, actuation_ns: int) -> float
 
 
 def growth_on(learning: Learning, plant: SampledModel) -> float:
-    """Greatest growth of a trial's error in the seen drives on a given plant, of a linear law without limits.
+    """Greatest growth of the error a trial, in visible drives, of a linear law without limits on a plant.
 
-    The 2-norm of Q ((1 - f) I - L G_plant) on the right singular vectors of the nominal G that are seen
+    The 2-norm of Q ((1 - f) I - L G_plant) on the visible right singular vectors of the nominal G
     (Bristow et al. 2006, theorem 2). Dense: for some hundred drives.
     """
     samples, muscles = learning.samples, learning.model.b.shape[1]

@@ -1,7 +1,7 @@
-"""Learning laws: the drives of the next trial from those of the last and the error that they left.
+"""Learning laws: drives of the next trial from those of the last and their error.
 
 With drives v and errors e = r - y stacked over a trial, y = G v + y_0, weights W (0 where an output was not
-observed), v' = first + (1 - forgetting) (v - first) and the limits of `ilc.limits`:
+observed), v' = first + (1 - forgetting) (v - first) and the limits of `Limits`:
 
     phase_lead          v+ = Q (v' + gain K^+ e shifted forward by the lead), then clipped
     gradient            v+ = v' + step / |G'WG| G'W e, then clipped
@@ -10,8 +10,9 @@ observed), v' = first + (1 - forgetting) (v - first) and the limits of `ilc.limi
     point_to_point      the same, W zero but at the chosen instants and outputs
     newton              noilc in pulse widths, G linearised about the last trial through the recruitment
 
-K is the static gain and Q a zero-phase low-pass. What a trial did not cover changes nothing, so trials of
-any length teach (variable pass length: Seel, Schauer and Raisch 2017, Int. J. Control 90(3), 393).
+K is the static gain and Q a zero-phase low-pass. Instants without a measurement change nothing, so that the
+laws learn from trials of any length (variable pass length: Seel, Schauer and Raisch 2017, Int. J. Control
+90(3), 393).
 
 Sources: Bristow, Tharayil and Alleyne 2006 (doi 10.1109/MCS.2006.1636313) for phase-lead; Owens, Hatonen and
 Daley 2009 (doi 10.1002/rnc.1338) for the gradient; Amann, Owens and Rogers 1996 (doi
@@ -41,11 +42,11 @@ from fesloop.models.linear_model import SampledModel
 Array = NDArray[np.float64]
 _CHARGE_HALVINGS = 40
 _LEAST_DRIVE = 0.01
-"""Sum of a channel's drives over a trial below which it counts as resting (chosen: 1 % of a muscle, once)."""
+"""Sum of a channel's drives over a trial below which it counts as at rest (chosen: 1 % of a muscle, once)."""
 
 
 def pulses_of(allocation: Allocation, drives: Array) -> Array:
-    """Pulses (samples, muscles, 2) in A and s for drives (samples, muscles)."""
+    """Pulses (samples, muscles, 2) in A and s from drives (samples, muscles)."""
     pulses, table = np.empty((*drives.shape, 2)), allocation.table()
     for k, drive in enumerate(np.ascontiguousarray(drives)):
         allocate(table, drive, pulses[k])
@@ -54,14 +55,14 @@ def pulses_of(allocation: Allocation, drives: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits:
-    """0 <= v <= reach, |v_k - v_{k-1}| <= slew from rest, and a charge that each channel may give in a trial.
+    """Limits 0 <= v <= reach, |v_k - v_{k-1}| <= slew from rest, and of each channel's charge in a trial.
 
     Attributes
     ----------
     reach: (muscles,), greatest drive.
     slew: greatest change of a drive a tick.
-    allocation: how drives become pulses, where charge counts; else None.
-    charge_c: charge of each channel over a trial, one pulse a tick, C; infinite for no limit.
+    allocation: conversion of drives to pulses, where charge is limited; else None.
+    charge_c: limit on the charge of each channel over a trial, one pulse a tick, C; infinite for none.
     """
 
     reach: Array
@@ -75,7 +76,7 @@ class Limits:
         return self.allocation is not None and bool(np.isfinite(self.charge_c))
 
     def within(self, drives: Array) -> Array:
-        """Drives clipped into their box, then tick by tick into the slew limit, then scaled to the charge."""
+        """Drives clipped to their box, then tick by tick to the slew limit, then scaled to the charge."""
         limited = np.clip(drives, 0.0, self.reach)
         before = np.zeros(drives.shape[1])
         for k in range(drives.shape[0]):
@@ -92,7 +93,7 @@ class Limits:
         return np.where(self.charges(limited) <= self.charge_c, 1.0, low) * limited
 
     def charges(self, drives: Array) -> Array:
-        """Charge of each channel over the trial, (muscles,) C; zero where it is not counted."""
+        """Charge of each channel over the trial, (muscles,) C; zero where it is not limited."""
         if self.allocation is None:
             return np.zeros(drives.shape[1])
         pulses = pulses_of(self.allocation, drives)
@@ -100,10 +101,10 @@ class Limits:
         return total
 
     def charge_slopes(self, drives: Array) -> Array:
-        """Charge per unit of drive over a trial, (muscles,) C, by which the programme counts charge.
+        """Charge per unit of drive over a trial, (muscles,) C, for the programme's linear limit on charge.
 
-        One a channel, so that it does not matter when in the trial the drives act; exact at `drives`, and
-        for a channel that these leave at rest that of half its reach.
+        There is one value a channel, for the whole trial: exact at `drives`, and for a channel at rest in
+        these that of half its reach.
         """
         if self.allocation is None:
             return np.zeros(drives.shape[1])
@@ -118,28 +119,27 @@ class Limits:
 Mask = NDArray[np.bool_]
 SolverName = Literal["daqp", "osqp"]
 _CHARGE_PASSES = 2
-"""Programmes solved one after the other where charge is limited, the second about the first's answer
-(chosen: the first, about no drive, leaves much of the budget)."""
+"""Number of programmes solved where charge is limited, each linearised at the solution before (chosen: the
+first, linearised at zero drive, uses much less charge than allowed)."""
 _ITERATIONS = 4000
-"""(chosen: some seconds; programmes without charge take some tens.)"""
+"""Most iterations (chosen: some seconds; programmes without charge take some tens)."""
 _TOLERANCE = 1e-4
-"""On drives of 0 to 1 (chosen: 1 us of pulse width is worth some 1e-2 where a curve is steep)."""
+"""Tolerance on drives of 0 to 1 (chosen: 1 us of pulse width changes them by 1e-2 on a steep curve)."""
 
 
 def limited_change(
     model: SampledModel, errors: Array, weights: Array, change_weight: float, drives: Array, limits: Limits,
     solver: SolverName, kept: Mask | None = None,
 ) -> tuple[Array, str]:
-    """(d, status): the change (samples, muscles), and "" or why the solver gave none.
+    """Change d (samples, muscles), and a status: "" or why the solver gave none.
 
-    Charge is no linear function of drive: it is taken by the slopes at the trial's drives, then by those at
-    the answer.
+    Charge is not linear in drive: it is linearised at the trial's drives, then at the solution.
 
     Parameters
     ----------
     errors, weights: e and the diagonal of W, (samples, outputs).
     drives: v (samples, muscles), inside the limits.
-    kept: (samples, muscles), drives that stay as they are; None for none.
+    kept: (samples, muscles), drives that do not change; None for none.
     """
     solve = _structured if solver == "osqp" else _condensed
     change, result = np.zeros_like(drives), None
@@ -153,7 +153,7 @@ def limited_change(
 
 
 class _Programme(NamedTuple):
-    """What is to be solved; `change` is where the slopes of charge are taken."""
+    """Quadratic programme of one trial; charge is linearised at `change`."""
 
     model: SampledModel
     errors: Array
@@ -166,29 +166,29 @@ class _Programme(NamedTuple):
 
     @property
     def box(self) -> tuple[Array, Array]:
-        """Bounds of d, flat."""
+        """Lower and upper bounds of d, flat."""
         free = np.ones_like(self.drives) if self.kept is None else np.where(self.kept, 0.0, 1.0)
         return (-free * self.drives).ravel(), (free * (self.limits.reach - self.drives)).ravel()
 
     def slew_rows(self) -> tuple[sparse.csc_matrix, Array, Array]:
-        """(rows on d, their lower and upper bounds)."""
+        """Rows of the slew limit on d, with lower and upper bounds."""
         size, slew = self.drives.size, self.limits.slew
         rise = np.diff(self.drives, axis=0, prepend=0.0).ravel()
         rows = sparse.csc_matrix(sparse.eye(size) - sparse.eye(size, k=-self.drives.shape[1]))
         return rows, -slew - rise, slew - rise
 
     def room(self) -> Array:
-        """(muscles,), what the sum of d over the trial may be for the charge."""
+        """Largest sum of d over the trial that the charge allows, (muscles,)."""
         slopes = self.limits.charge_slopes(np.clip(self.drives + self.change, 0.0, self.limits.reach))
         room: Array = self.limits.charge_c / slopes - self.drives.sum(axis=0)
         return room
 
 
 def _structured(programme: _Programme, before: QpResult | None) -> QpResult:
-    """Unknowns d and x_1 ... x_{samples-1}, states from rest.
+    """Programme with the unknowns d and x_1 ... x_{samples-1}, states from rest.
 
-    Where charge is limited, the sums of the drives are states too: as rows over a whole trial they would
-    cost OSQP ten times the iterations.
+    Where charge is limited, the sums of the drives are states too: as rows over a whole trial they cost OSQP
+    ten times the iterations.
     """
     model, limits, size = programme.model, programme.limits, programme.drives.size
     samples, muscles = programme.drives.shape
@@ -219,7 +219,7 @@ def _structured(programme: _Programme, before: QpResult | None) -> QpResult:
 
 
 def _with_sums(model: SampledModel, share: float) -> SampledModel:
-    """The model with the sums of its drives so far, times `share`, as last states that do not show."""
+    """The model with the cumulative sums of its drives, times `share`, as additional last states."""
     muscles = model.b.shape[1]
     return replace(model, a=block_diag(model.a, np.eye(muscles)),
                    b=np.vstack([model.b, share * np.eye(muscles)]),
@@ -237,7 +237,7 @@ def _curvature(model: SampledModel, weights: Array) -> float:
 
 
 def _condensed(programme: _Programme, before: QpResult | None) -> QpResult:
-    """Unknowns d alone."""
+    """Programme with the unknowns d alone."""
     size, muscles = programme.drives.size, programme.drives.shape[1]
     lifted = programme.model.lifted(programme.drives.shape[0])
     weighted = lifted.T * programme.weights.ravel()
@@ -259,32 +259,32 @@ def _condensed(programme: _Programme, before: QpResult | None) -> QpResult:
 
 _HALVINGS = 7
 _NUDGE = 1e-3
-"""Half the step of the central difference, of the longest pulse."""
+"""Half the step of the central difference, as a share of the longest pulse."""
 
 
 class PulseCurves(Protocol):
-    """Recruited fractions against pulse widths, each width a share of the channel's longest."""
+    """Conversion between drives and pulse widths, each width a share of the channel's longest."""
 
     def widths(self, drives: Array) -> Array:
-        """Widths (samples, muscles) of drives (samples, muscles)."""
+        """Widths (samples, muscles) for drives (samples, muscles)."""
 
     def drives(self, widths: Array) -> Array:
-        """Drives (samples, muscles) of widths (samples, muscles), 0 or more."""
+        """Drives (samples, muscles) for widths (samples, muscles), 0 or more."""
 
 
 @dataclass(frozen=True, slots=True)
 class AllocatedCurves:
-    """The curves by which an allocation turns drives into pulses."""
+    """Recruitment curves of an allocation."""
 
     allocation: Allocation
 
     def widths(self, drives: Array) -> Array:
-        """Widths of drives, as shares of the longest."""
+        """Widths for drives, as shares of the longest."""
         shares: Array = pulses_of(self.allocation, drives)[:, :, 1] / self._longest_s
         return shares
 
     def drives(self, widths: Array) -> Array:
-        """Drives of widths."""
+        """Drives for widths."""
         recruitment = self.allocation.recruitment
         if recruitment is None:
             return np.maximum(widths, 0.0)
@@ -302,12 +302,12 @@ def newton_drives(
     model: SampledModel, errors: Array, weights: Array, change_weight: float, drives: Array,
     curves: PulseCurves,
 ) -> Array:
-    """Drives of the widths w + t d, d = argmin |e - G S d|^2_W + rho |d|^2, S the slope of the curves at w.
+    """Drives at the widths w + t d, d = argmin |e - G S d|^2_W + rho |d|^2, S the slope of the curves at w.
 
-    With S inside, the change of drives S d is weighed by rho / S^2. The tangent of an S-shaped curve leads
-    astray from its flat ends: where it is flatter than the curve's mean slope it counts as that steep, and
-    t = 1, 1/2, ... is what is best by the curves themselves. Shapes as in `limited_change`; widths stay
-    between none and the longest, other limits are not kept.
+    With S inside, the change of drives S d has the weight rho / S^2. The tangent at the flat ends of an
+    S-shaped curve predicts badly: slopes below the curve's mean slope are replaced by it, and
+    t = 1, 1/2, ... is the best by the curves themselves. Shapes are as in `limited_change`; widths stay
+    between zero and the longest, other limits do not apply.
     """
     widths = curves.widths(np.maximum(drives, _LEAST_DRIVE))
     narrower = np.maximum(widths - _NUDGE, 0.0)
@@ -331,20 +331,20 @@ class Learning:
 
     Attributes
     ----------
-    law: by name.
-    model: sampled at the controller's period.
-    samples: ticks of a trial.
-    limits: of the drives.
-    first: (samples, muscles), drives towards which forgetting goes.
-    output_weight: (outputs,).
-    points: (samples, outputs), what "point_to_point" heeds.
-    curves: drives against pulse widths, for "newton".
+    law: name of the law.
+    model: model sampled at the controller's period.
+    samples: number of ticks of a trial.
+    limits: limits of the drives.
+    first: (samples, muscles), drives that forgetting returns to.
+    output_weight: (outputs,), weights.
+    points: (samples, outputs), mask of the errors that count for "point_to_point".
+    curves: conversion between drives and pulse widths, for "newton".
     change_weight: rho, for drives; for "newton" for widths as shares of the longest.
     forgetting: 0 to 1 (not included), share of the drives forgotten a trial.
-    step: of "gradient", below 2.
-    gain, lead: of "phase_lead"; lead in ticks.
-    cutoff: of its low-pass Q, as a share of the Nyquist frequency, below 1; 0 for none.
-    solver: of the laws with limits inside.
+    step: step of "gradient", below 2.
+    gain, lead: gain and lead, in ticks, of "phase_lead".
+    cutoff: cut-off of its low-pass Q, as a share of the Nyquist frequency, below 1; 0 for none.
+    solver: solver of the laws with limits inside.
     """
 
     law: LawName
@@ -365,14 +365,14 @@ class Learning:
 
     def learn(self, drives: Array, errors: Array, covered: Mask,
               kept: Mask | None = None) -> tuple[Array, str]:
-        """(drives of the next trial, status): (samples, muscles), and "" or why nothing was learnt.
+        """Drives of the next trial (samples, muscles), and a status: "" or why nothing was learnt.
 
         Parameters
         ----------
-        drives: (samples, muscles), of the trial.
+        drives: (samples, muscles), drives of the trial.
         errors: (samples, outputs), reference less posture, rad.
-        covered: (samples, outputs), where the trial was observed; elsewhere errors count for nothing.
-        kept: (samples, muscles), drives that stay as they are; laws with limits inside make up for them.
+        covered: (samples, outputs), mask of the observed samples; other errors are ignored.
+        kept: (samples, muscles), drives that do not change; laws with limits inside compensate for them.
         """
         learnt, status = self._learnt(drives, errors, covered, kept)
         return (learnt if kept is None else np.where(kept, drives, learnt)), status
@@ -393,12 +393,12 @@ class Learning:
         return self.limits.within(self.smoothed(start + self.change(errors, heeded))), ""
 
     def weights(self) -> Array:
-        """(samples, outputs), of a trial that was observed throughout."""
+        """Weights (samples, outputs) of a fully observed trial."""
         heeded = self.points if self.law == "point_to_point" else np.ones_like(self.points)
         return heeded * self.output_weight
 
     def change(self, errors: Array, covered: Mask) -> Array:
-        """L e (samples, muscles) of the laws without limits or recruitment inside: linear in the errors."""
+        """Change L e (samples, muscles) by the laws without limits or recruitment inside: linear in e."""
         if self.law == "phase_lead":
             return self.gain * led(errors, covered, self.lead) @ np.linalg.pinv(static_gain(self.model)).T
         weights = covered * self.output_weight
@@ -409,7 +409,7 @@ class Learning:
                               np.full((self.samples, self.model.b.shape[1]), self.change_weight))
 
     def smoothed(self, drives: Array) -> Array:
-        """Q along the first axis."""
+        """Low-pass Q along the first axis."""
         if self.law != "phase_lead" or self.cutoff == 0.0:
             return drives
         padding = min(PADDING, self.samples - 1)
@@ -418,9 +418,9 @@ class Learning:
 
 
 def static_gain(model: SampledModel) -> Array:
-    """K (outputs, muscles): outputs at rest under drives held for ever.
+    """Static gain K (outputs, muscles): outputs in steady state per constant drive.
 
-    Raises InputError for a model that comes to no rest.
+    Raises InputError for an unstable model.
     """
     if np.abs(np.linalg.eigvals(model.a)).max() >= 1.0:
         raise InputError("model", "is not stable and so has no static gain", "a stable model",
@@ -436,7 +436,7 @@ def low_pass(cutoff: float) -> Array:
 
 
 def led(errors: Array, covered: Mask, lead: int) -> Array:
-    """Errors (samples, outputs) `lead` ticks ahead; past the last covered one it is that one's, then none."""
+    """Errors (samples, outputs) `lead` ticks ahead; after the last covered one, that one's, then zero."""
     shifted = np.zeros_like(errors)
     for j in range(errors.shape[1]):
         seen = np.flatnonzero(covered[:, j])

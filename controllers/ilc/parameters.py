@@ -1,19 +1,59 @@
-"""Parameters of `Ilc`."""
+"""Parameters of the block `ilc`."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controllers.ilc.laws import AllocatedCurves, LawName, Learning, Limits, SolverName
-from controllers.ilc.points import Point, heeded
 from controllers.ilc.trajectories import BankRule
 from controllers.limits.allocation import Allocation, allocation_of
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.models.linear_model import LinearModel, SampledModel
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """Instant at which the outputs shall reach the reference.
+
+    Attributes
+    ----------
+    at_s: time since the start of the trial.
+    outputs: numbers of the outputs that count then, from 0; empty for all.
+    """
+
+    at_s: float
+    outputs: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.at_s) and self.at_s >= 0.0):
+            raise InputError("points.at_s", f"{self.at_s}", "0 or more seconds")
+
+
+def point_mask(points: Sequence[Point], samples: int, outputs: int, period_ns: int) -> Mask:
+    """Mask (samples, outputs): true at the tick nearest to each point; everywhere without points.
+
+    Raises InputError for a point after the trial and for an output that does not exist.
+    """
+    if not points:
+        return np.ones((samples, outputs), dtype=bool)
+    mask = np.zeros((samples, outputs), dtype=bool)
+    for i, point in enumerate(points):
+        tick = round(point.at_s * NS_PER_S / period_ns)
+        if tick >= samples:
+            raise InputError(f"points[{i}].at_s", f"{point.at_s:g} s",
+                             f"at most {(samples - 1) * period_ns / NS_PER_S:g} s, the end of the trial")
+        if not all(0 <= output < outputs for output in point.outputs):
+            raise InputError(f"points[{i}].outputs", f"{list(point.outputs)}", f"0 to {outputs - 1}")
+        mask[tick, list(point.outputs) or slice(None)] = True
+    return mask
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,40 +63,41 @@ class IlcParameters:
     Attributes
     ----------
     model: nominal plant; outputs rad, inputs the recruited fractions.
-    bank: further models beside it; each trial is learnt from with what predicts it best (`ilc.bank`).
+    bank: further models; the law of each trial uses those that predict it best
+        (`ilc.trajectories.shares_of`).
     bank_rule: "best" model or "mixture".
     current_ma: (muscles,), fixed current of each channel.
     duration_s: length of a trial; after it the last drive is held.
-    law: see `ilc.laws`.
+    law: learning law (`ilc.laws`).
     output_weight: (outputs,), per rad^2; empty for 1 each.
     change_weight: rho, per unit of drive squared.
-    points: instants and outputs that "point_to_point" heeds.
+    points: instants and outputs that count for "point_to_point".
     forgetting: share of the drives, counted from the first, forgotten a trial; 0 to below 1.
-    gradient_step: of "gradient"; its nominal condition is below 2.
-    gain, lead_ms, cutoff_hz: of "phase_lead"; 0 Hz for no low-pass.
+    gradient_step: step of "gradient"; its nominal condition is below 2.
+    gain, lead_ms, cutoff_hz: gain, lead and low-pass cut-off of "phase_lead"; 0 Hz for no low-pass.
     slew: greatest change of a drive a tick.
-    drive_max: greatest drive; less where a channel cannot reach it.
-    trial_charge_max_uc: charge that each channel may give over a trial, one pulse a tick.
-    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
+    drive_max: greatest drive; lower where a channel cannot reach it.
+    trial_charge_max_uc: limit on the charge of each channel over a trial, one pulse a tick.
+    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last is used where the model has no
         recruitment.
-    first_drive: (muscles,), of the first trial, throughout; empty for zero.
-    actuation_delay_ms: from this block to the plant, beyond the model's own delay.
-    align_captures: compare reference and posture at the instants of capture, which takes the age of the
-        samples out of the error; otherwise as they are read.
+    first_drive: (muscles,), constant drive of the first trial; empty for zero.
+    actuation_delay_ms: delay from this block to the plant, beyond the model's own.
+    align_captures: whether to compare reference and posture at the instants of capture, which removes the age
+        of the samples from the error; otherwise samples are compared when they are read.
     max_gap_ms: longest distance of two captures between which posture is interpolated.
-    sd_max_deg: a sample with a greater sd is doubtful and not learnt from (chosen: a fifth of a grasp).
-    fingertips: number of forces that tell of contact.
-    contact_n: force of any fingertip from which on a trial is in contact: what is grasped, not the drives,
-        then sets the posture (chosen: ten times what sensors of fingertips scatter).
-    grasping_outputs, grasping_channels: in contact these outputs are not learnt from and the drives of
-        these channels stay those learnt in free motion, so that how hard the hand presses is how far beyond
-        the object the reference goes; what else there is, such as a wrist, is learnt on. Empty: all.
-    grasping_step: share of what is learnt in contact that counts, as no model knows a hand that holds
-        something (chosen: half lets the hand be four times as quick to move as its model).
-    reject_share: a trial with a greater share of doubtful samples is rejected (chosen).
-    strength_margin: the law is told as doubtful if the plant may not be this many times as strong as model
-        (chosen: what recruitment differs by from day to day).
-    solver: of laws with limits inside: "osqp", or "daqp" (dense: for some hundred drives).
+    sd_max_deg: sd above which a sample is doubtful and excluded from learning (chosen: a fifth of a grasp).
+    fingertips: number of fingertip forces.
+    contact_n: force of any fingertip from which a trial is in contact: the object, not the drives, then
+        determines the posture (chosen: ten times the scatter of fingertip sensors).
+    grasping_outputs, grasping_channels: outputs that are excluded from learning in contact, and channels that
+        then keep the drives learnt in free motion, so that the reference's depth in the object sets how hard
+        the hand presses; others, such as the wrist's, continue to learn. Empty: all.
+    grasping_step: factor on what is learnt in contact, as no model describes a hand that holds something
+        (chosen: with a half the hand may respond four times as strongly as its model).
+    reject_share: share of doubtful samples above which a trial is rejected (chosen).
+    strength_margin: ratio of the plant's strength to the model's up to which the law should converge; a law
+        with a smaller margin is reported (chosen: variation of recruitment from day to day).
+    solver: solver of laws with limits inside: "osqp", or "daqp" (dense: for some hundred drives).
     """
 
     model: LinearModel
@@ -94,15 +135,15 @@ class IlcParameters:
     solver: SolverName = "osqp"
 
     def allocation(self) -> Allocation:
-        """How drives become pulses."""
+        """Conversion of drives to pulses."""
         return allocation_of(self)
 
     def sampled(self, model: LinearModel, period: int) -> SampledModel:
-        """A model at a period in ns, the actuation's delay included."""
+        """A model at a period in ns, with the actuation delay."""
         return model.sampled(period, duration_ns(self.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms"))
 
     def learning(self, period: int, model: SampledModel | None = None) -> Learning:
-        """The learning law at a period in ns, by the nominal model or another."""
+        """The learning law at a period in ns, with the nominal model or another."""
         nyquist_hz = 0.5 * NS_PER_S / period
         if self.cutoff_hz >= nyquist_hz:
             raise InputError("cutoff_hz", f"{self.cutoff_hz}", f"below {nyquist_hz:g}, half the block's rate")
@@ -114,7 +155,7 @@ class IlcParameters:
             law=self.law, model=model or self.sampled(self.model, period), samples=samples, limits=limits,
             first=limits.within(np.tile(np.array(self.first_drive or (0.0,) * muscles), (samples, 1))),
             output_weight=np.array(self.output_weight or (1.0,) * outputs),
-            points=heeded(self.points, samples, outputs, period), curves=AllocatedCurves(allocation),
+            points=point_mask(self.points, samples, outputs, period), curves=AllocatedCurves(allocation),
             change_weight=self.change_weight, forgetting=self.forgetting, step=self.gradient_step,
             gain=self.gain, lead=round(self.lead_ms * NS_PER_MS / period), cutoff=self.cutoff_hz / nyquist_hz,
             solver=self.solver)

@@ -1,4 +1,4 @@
-"""Whole trials of a linear model: its response, the adjoint of that, and the norm-optimal change of drives.
+"""Whole trials of a linear model: its response, the adjoint, and the norm-optimal change of drives.
 
 All take time in one pass over the samples, without lifted matrices. With G the lifted model and W, R
 diagonal weights: `response` is G v, `adjoint` is G' w, `optimal_change` is (G'WG + R)^-1 G'W e.
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 def response(model: SampledModel, drives: Array) -> Array:
-    """Outputs (samples, outputs) of drives (samples, muscles) from rest, the offset left out."""
+    """Outputs (samples, outputs) under drives (samples, muscles) from rest, without the offset."""
     states = np.zeros(model.a.shape[0])
     outputs = np.empty((drives.shape[0], model.c.shape[0]))
     for k, drive in enumerate(drives):
@@ -33,7 +33,7 @@ def response(model: SampledModel, drives: Array) -> Array:
 
 
 def adjoint(model: SampledModel, outputs: Array) -> Array:
-    """The transposed response, (samples, muscles), to outputs (samples, outputs)."""
+    """Transposed response G'w, (samples, muscles), to outputs (samples, outputs)."""
     costates = np.zeros(model.a.shape[0])
     drives = np.empty((outputs.shape[0], model.b.shape[1]))
     for k in range(outputs.shape[0] - 1, -1, -1):
@@ -43,10 +43,10 @@ def adjoint(model: SampledModel, outputs: Array) -> Array:
 
 
 def strongest(model: SampledModel, weights: Array) -> float:
-    """Greatest eigenvalue of G'WG: how strongly the strongest pattern of drives shows in weighted outputs.
+    """Greatest eigenvalue of G'WG: effect of the strongest pattern of drives on weighted outputs.
 
-    `weights` are (samples, outputs). Lanczos from a fixed start, so that equal problems give equal bits.
-    Raises InputError where no drive shows at all, and of a model that grows beyond floats.
+    `weights` are (samples, outputs). Lanczos starts from a fixed vector, so that equal problems give
+    equal bits. Raises InputError where no drive has an effect, and for a model that grows beyond floats.
     """
     samples, outputs = weights.shape
     root = np.sqrt(weights)
@@ -60,9 +60,9 @@ def strongest(model: SampledModel, weights: Array) -> float:
         start = apply(np.ones(size) + np.arange(size) / size)
     if not np.isfinite(start).all():
         raise InputError("model", "its response leaves the range of floats within a trial", "a stable model",
-                         "check model.a: an eigenvalue with a large real part above 0 grows so")
+                         "check model.a: an eigenvalue has a large positive real part")
     if not start.any():
-        raise InputError("model", "no drive shows in an output that counts", "a model that responds",
+        raise InputError("model", "no drive changes an output with a weight", "a model that responds",
                          "check output_weight and points: the first sample precedes every response")
     if size < 3:
         return float(np.linalg.norm(np.column_stack([apply(unit) for unit in np.eye(size)]), 2))
@@ -106,22 +106,22 @@ def optimal_change(model: SampledModel, errors: Array, weights: Array, change_we
 Mask = NDArray[np.bool_]
 BankRule = Literal["best", "mixture"]
 _SUM_WEIGHT = 1e3
-"""Weight, against the posture's own size, by which the shares of a mixture are made to sum to 1."""
+"""Weight, relative to the posture's size, of the equation that the shares of a mixture sum to 1."""
 
 
 def shares_of(
     models: Sequence[SampledModel], drives: Array, posture: Array, covered: Mask, rule: BankRule
 ) -> tuple[Array, Array]:
-    """(shares (models,) that sum to 1, miss (models,) RMS rad of each model's prediction).
+    """Shares (models,) that sum to 1, and the RMS error (models,), rad, of each model's prediction.
 
-    "best" gives all to the model that misses least, the first of equals; "mixture" is the convex combination
-    that misses least. Each output's mean over what was covered is left out of both sides: a constant offset
-    says nothing about the dynamics.
+    "best" gives all to the model of least error, the first of equals; "mixture" is the convex combination of
+    least error. The mean of each output over the covered samples is removed from both sides: a constant
+    offset says nothing about the dynamics.
 
     Parameters
     ----------
     drives: (samples, muscles), of the trial.
-    posture, covered: (samples, outputs), rad, and where it was observed; somewhere at least.
+    posture, covered: (samples, outputs), rad, and where it was observed, which some samples must be.
     """
     count = np.maximum(covered.sum(axis=0), 1)
 
@@ -142,15 +142,15 @@ def shares_of(
 
 def explained(models: Sequence[SampledModel], drives: Array, posture: Array, covered: Mask,
               rule: BankRule) -> tuple[SampledModel, tuple[str, str]]:
-    """The model that explains a trial, as of `shares_of`, and a report of what each has to do with it."""
+    """The model that explains a trial by `shares_of`, and a text with each model's share and error."""
     shares, miss = shares_of(models, drives, posture, covered, rule)
-    told = (f"model {i}: share {share:.2f}, misses {math.degrees(each):.2f} deg"
+    told = (f"model {i}: share {share:.2f}, error {math.degrees(each):.2f} deg"
             for i, (share, each) in enumerate(zip(shares, miss, strict=True)))
     return mixed(models, shares), ("model_selected", "; ".join(told))
 
 
 def mixed(models: Sequence[SampledModel], shares: Array) -> SampledModel:
-    """The model whose outputs are the mixture of the models' outputs; models of no share are left out."""
+    """The model whose outputs are the mixture of the models' outputs, without models of share 0."""
     used = [(model, share) for model, share in zip(models, shares, strict=True) if share > 0.0]
     if len(used) == 1:
         return used[0][0]

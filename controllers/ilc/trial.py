@@ -1,4 +1,4 @@
-"""What a trial showed: kept tick by tick, then brought to the instants of the ticks and judged."""
+"""Measurements of a trial: recorded tick by tick, then interpolated at the instants of the ticks."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ Mask = NDArray[np.bool_]
 def posture_at(
     ticks_ns: Stamps, captured_ns: Stamps, measured: Array, max_gap_ns: int
 ) -> tuple[Array, Mask]:
-    """(posture (ticks, outputs), covered (ticks,)): what was captured, brought to the instants of the ticks.
+    """Posture (ticks, outputs) at the instants of the ticks, and whether each tick is covered, (ticks,).
 
     A cubic spline through the captures (its error is of fourth order in their distance; linear with fewer
-    than four) undoes the age of each sample. A tick is covered if it lies between two captures that are at
+    than four) removes the age of each sample. A tick is covered if it lies between two captures that are at
     most `max_gap_ns` apart, or on one; elsewhere the posture is 0.
 
     Parameters
     ----------
     ticks_ns: (ticks,), increasing.
-    captured_ns: (ticks,), newest capture behind the sample read at each tick; negative for none.
-    measured: (ticks, outputs), the samples.
+    captured_ns: (ticks,), newest capture of the sample that is read at each tick; negative for none.
+    measured: (ticks, outputs), samples.
     """
     stamps, first = np.unique(captured_ns[captured_ns >= 0], return_index=True)
     values = measured[captured_ns >= 0][first]
@@ -51,15 +51,15 @@ def posture_at(
 
 @dataclass(slots=True, eq=False)
 class SeenTrial:
-    """What is seen of a trial.
+    """Measurements of a trial.
 
     Attributes
     ----------
-    ticks_ns: (samples,), when the block stepped with a reference; NEVER where it did not.
-    captured_ns: (samples,), newest capture behind the sample read then; NEVER for none.
+    ticks_ns: (samples,), instants of the steps with a reference; NEVER for others.
+    captured_ns: (samples,), newest capture of the sample that was read then; NEVER for none.
     measured, reference: (samples, outputs), rad.
-    doubtful: (samples, outputs), samples that came but are not to be learnt from.
-    touched: tick from which on the hand was in contact; the number of samples while it is free.
+    doubtful: (samples, outputs), samples that arrived but are excluded from learning.
+    touched: tick of the first contact; the number of samples before it.
     """
 
     ticks_ns: Stamps
@@ -71,39 +71,39 @@ class SeenTrial:
 
     @classmethod
     def empty(cls, samples: int, outputs: int) -> SeenTrial:
-        """Before a trial."""
+        """Empty record of a trial."""
         return cls(np.full(samples, NEVER, dtype=np.int64), np.full(samples, NEVER, dtype=np.int64),
                    np.zeros((samples, outputs)), np.zeros((samples, outputs)),
                    np.zeros((samples, outputs), dtype=bool), samples)
 
     @property
     def free(self) -> bool:
-        """Whether nothing has been touched yet."""
+        """Whether there has been no contact."""
         return self.touched == self.ticks_ns.size
 
     def touch(self, k: int) -> None:
-        """Something is touched at tick k."""
+        """Record a contact at tick k."""
         self.touched = k
 
     def note(self, k: int, captured_ns: int, measured: Array, doubtful: Mask) -> None:
-        """The sample read at tick k; what is doubtful of it (outputs,) is not kept."""
+        """Record the sample of tick k without its doubtful outputs (outputs,)."""
         self.captured_ns[k] = captured_ns
         self.doubtful[k] = doubtful
         self.measured[k] = np.where(doubtful, 0.0, measured)
 
     def doubtful_share(self) -> float:
-        """Share of what came that is doubtful, 0 to 1; 0 if nothing came."""
+        """Share of the samples that is doubtful, 0 to 1; 0 without samples."""
         came = self.captured_ns >= 0
         return float(self.doubtful[came].mean()) if came.any() else 0.0
 
     def touching(self, numbers: Sequence[int], count: int) -> Mask:
-        """(samples, count), from the first touch on, in the columns `numbers`, or in all for none."""
+        """Mask (samples, count): true from the first contact on in the columns `numbers`, all if empty."""
         columns = np.zeros(count, dtype=bool)
         columns[list(numbers) or slice(None)] = True
         return (np.arange(self.ticks_ns.size) >= self.touched)[:, None] & columns
 
     def posture(self, align: bool, max_gap_ns: int) -> tuple[Array, Mask]:
-        """(posture, covered), (samples, outputs) each: at the instants of the ticks if `align`, else as read.
+        """Posture and coverage, (samples, outputs), at the instants of the ticks if `align`, else as read.
 
         Doubtful samples are left out, output by output. `max_gap_ns` as in `posture_at`.
         """

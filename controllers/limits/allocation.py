@@ -1,9 +1,9 @@
-"""From muscle drives to pulses: recruitment inverted at a fixed current (Hammerstein inversion).
+"""Conversion of muscle drives to pulses: recruitment inverted at a fixed current (Hammerstein inversion).
 
-What a muscle receives is v = recruitment(current, width). With the current of each channel fixed, the
-width that gives a wanted v is the inverse of the controller's nominal recruitment curve, so that a linear
-controller sees an almost linear plant (Hunt, Munih, Donaldson and Barr 1998, doi 10.1109/10.720204, for the
-approach and for how far the nominal curve may be off).
+The drive of a muscle is v = recruitment(current, width). With the current of each channel fixed, the width
+for a given v is the inverse of the controller's nominal recruitment curve, so that a linear controller sees
+an almost linear plant (Hunt, Munih, Donaldson and Barr 1998, doi 10.1109/10.720204, for the approach and for
+how far the nominal curve may be off).
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ Array = NDArray[np.float64]
 SQRT_HALF = math.sqrt(0.5)
 SQRT_TWO_PI = math.sqrt(2.0 * math.pi)
 LEAST_REACH = 0.01
-"""Fraction of a muscle that its channel must be able to recruit (chosen): less is a mistaken current."""
+"""Fraction of a muscle that its channel must be able to recruit (chosen: less shows a wrong current)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Allocation:
-    """Drive of each muscle to its channel's pulse; channel i stimulates muscle i.
+    """Conversion of each muscle's drive to its channel's pulse; channel i stimulates muscle i.
 
     Attributes
     ----------
     recruitment: nominal curves; None takes v = pulse width / `full_scale_us`, signed and unlimited.
-    current_ma: of each channel while its pulse width is above zero.
+    current_ma: current of each channel while its pulse width is above zero.
     width_max_us: longest pulse.
     full_scale_us: pulse width of v = 1 where `recruitment` is None.
-    charge_max_uc: greatest charge per phase, which may shorten the longest pulse; not kept where
+    charge_max_uc: greatest charge per phase, which may shorten the longest pulse; without effect where
         `recruitment` is None.
     """
 
@@ -96,7 +96,7 @@ class Allocation:
         return rows
 
     def stimulation(self, drive: Array) -> Array:
-        """Pulses (channels, 2) in A and s for a drive (channels,), fresh; saturated at the longest pulse."""
+        """New pulses (channels, 2) in A and s for a drive (channels,), limited to the longest pulse."""
         pulses = np.empty((self.channels, 2))
         allocate(self.table(), np.ascontiguousarray(drive, dtype=np.float64), pulses)
         return pulses
@@ -115,7 +115,7 @@ class Allocation:
 
 
 class Allocating(Protocol):
-    """Parameters that controllers share whose drives become pulses, as `Allocation` says."""
+    """Parameters shared by controllers that convert drives to pulses (`Allocation`)."""
 
     @property
     def model(self) -> LinearModel:
@@ -123,7 +123,7 @@ class Allocating(Protocol):
 
     @property
     def current_ma(self) -> tuple[float, ...]:
-        """Of each channel."""
+        """Current of each channel."""
 
     @property
     def width_max_us(self) -> float:
@@ -131,15 +131,15 @@ class Allocating(Protocol):
 
     @property
     def full_scale_us(self) -> float:
-        """Where the model has no recruitment."""
+        """Pulse width of drive 1 where the model has no recruitment."""
 
     @property
     def charge_max_uc(self) -> float:
-        """A phase."""
+        """Greatest charge per phase."""
 
 
 def allocation_of(controller: Allocating) -> Allocation:
-    """How a controller's drives become pulses."""
+    """Conversion of a controller's drives to pulses."""
     return Allocation(recruitment=controller.model.recruitment, current_ma=controller.current_ma,
                       width_max_us=controller.width_max_us, full_scale_us=controller.full_scale_us,
                       charge_max_uc=controller.charge_max_uc)
@@ -147,7 +147,7 @@ def allocation_of(controller: Allocating) -> Allocation:
 
 @compiled
 def normal_quantile(p: float) -> float:
-    """Inverse of the normal distribution function for p in (0, 1), to rounding; 1e-300 stands for all below.
+    """Inverse of the normal distribution function for p in (0, 1), to rounding; smaller p count as 1e-300.
 
     Starts from Abramowitz and Stegun 26.2.23 (error below 4.5e-4) and refines by Halley's method against
     erfc, on the smaller tail, where the relative error stays small.
@@ -165,7 +165,7 @@ def normal_quantile(p: float) -> float:
 
 @compiled
 def allocate(table: Array, drive: Array, pulses: Array) -> int:
-    """Write the pulses (channels, 2) of a drive; the number of channels at their longest pulse."""
+    """Fill the pulses (channels, 2) of a drive; return the number of channels at their longest pulse."""
     saturated = 0
     for i in range(drive.size):
         current, longest, linear = table[i, 0], table[i, 1], table[i, 2]
@@ -190,7 +190,7 @@ def allocate(table: Array, drive: Array, pulses: Array) -> int:
 
 @compiled
 def risen(table: Array, pulses: Array, charge_rise_c: float, drive: Array) -> None:
-    """Fill `drive` (channels,) with the greatest that a rise of charge per phase above `pulses` allows.
+    """Fill `drive` (channels,) with the greatest one for a rise of charge per phase above `pulses`.
 
     Infinite where recruitment is linear.
     """
@@ -205,7 +205,7 @@ def risen(table: Array, pulses: Array, charge_rise_c: float, drive: Array) -> No
 
 @compiled
 def planned_charge(table: Array, drives: Array) -> float:
-    """Charge per phase of drives (steps, channels), summed over all of them, C."""
+    """Sum of the charges per phase of drives (steps, channels), C."""
     total, pulses = 0.0, np.empty((drives.shape[1], 2))
     for k in range(drives.shape[0]):
         allocate(table, drives[k], pulses)
@@ -215,14 +215,14 @@ def planned_charge(table: Array, drives: Array) -> float:
 
 
 def check_reach(drive_max: float, allocation: Allocation) -> None:
-    """Raise InputError for a greatest drive below what every channel must recruit (see `Allocation`)."""
+    """Raise InputError for a greatest drive below `LEAST_REACH`."""
     if drive_max < LEAST_REACH and allocation.recruitment is not None:
         raise InputError("drive_max", f"{drive_max:g}", f"{LEAST_REACH:g} or more",
                          "raise it, or leave the channel out of the model")
 
 
 def require_kept(controller: Any, allocation: Allocation) -> None:
-    """Raise InputError for limits of pulses that are given and cannot be kept, as nothing is recruited.
+    """Raise InputError for given limits of pulses that have no effect without recruitment.
 
     Where a model has no recruitment, pulses are signed and unlimited (see `Allocation`).
     """
@@ -230,16 +230,16 @@ def require_kept(controller: Any, allocation: Allocation) -> None:
         return
     for each in fields(controller):
         if each.name in ("width_max_us", "charge_max_uc") and getattr(controller, each.name) != each.default:
-            raise InputError(each.name, f"{getattr(controller, each.name):g} would not be kept: the model "
+            raise InputError(each.name, f"{getattr(controller, each.name):g} has no effect: the model "
                              "has no recruitment, and pulses are signed and unlimited", "no such limit",
                              "leave it out, and limit stimulation in the safety block")
 
 
 def posture_within(model: LinearModel, reach: Array, least: Array, greatest: Array) -> Array | None:
-    """Steady drives (muscles,) that keep the outputs between two postures (outputs,) rad; None if none do.
+    """Steady drives (muscles,) that hold the outputs between two postures (outputs,), rad; None if none do.
 
-    Drives are between 0 and `reach` (muscles,). Where the model has no steady state, or no end is finite,
-    there is nothing to refuse: zeros.
+    Drives are between 0 and `reach` (muscles,). They are zero where the model has no steady state, or no end
+    is finite.
     """
     bounded = np.concatenate([np.isfinite(greatest), np.isfinite(least)])
     if not bounded.any() or np.linalg.matrix_rank(model.a) < model.a.shape[0]:

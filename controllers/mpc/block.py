@@ -1,4 +1,4 @@
-"""Linear model predictive control of joint angles through recruitment."""
+"""`mpc`: linear model predictive control of joint angles through recruitment."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from controllers.mpc import checks as mpc_checks
 from controllers.mpc.design import candidates_of, carry_over, compare, nominal
-from controllers.mpc.kernel import give_out, posed, solve_in_contact
+from controllers.mpc.kernel import build_problem, issue_drive, solve_in_contact
 from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.state import Loop, MpcState, fall_back
-from controllers.period import period_ns
 from controllers.qp.dense import NOT_FINITE
+from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit, Surroundings
 from fesloop.loop.block import Context, Tick
@@ -29,26 +29,26 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mpc(MpcParameters):
-    """Model predictive control: cost and limits in `mpc.plan`, estimation in `observer`.
+    """Model predictive control: cost and limits in `mpc.plan`, estimation in `mpc.observer`.
 
-    Each tick estimates the plant's state now from the newest sample, using its capture stamp and the
-    recorded drives, solves the condensed programme and gives out its first drive, turned into pulse
-    widths at fixed currents by inverting the model's recruitment. Any number of muscles and outputs will do.
+    Each tick estimates the plant's present state from the newest sample, its capture stamp and the recorded
+    drives, solves the condensed programme and issues its first drive, converted to pulse widths at fixed
+    currents by inverting the model's recruitment, for any number of muscles and outputs.
 
-    When the programme has no answer, the last plan goes on to its end. Then, and for a sample that is not
-    finite or older than `max_age_ms`, the drive is held for `hold_ms` and ramped to zero over `ramp_ms`, with
-    a status. Before the first measurement there is no stimulation.
+    When the programme has no solution, the last one continues to its end. After that, and for a sample that
+    is not finite or older than `max_age_ms`, the drive is held for `hold_ms` and ramped to zero over
+    `ramp_ms`, with a status. Before the first measurement there is no stimulation.
 
-    Where an object blocks fingers, their error tells nothing of the plant, and control free of offset would
-    press ever harder. From the touch of a fingertip on, `grasping_outputs` therefore count as unmeasured and
-    their disturbances stand still; `grasping_channels` are led on by the model alone, the others by what is
-    seen of other outputs, as of a wrist (`mpc.contact`).
+    Where an object blocks fingers, their error says nothing about the plant, and control free of offset would
+    press harder and harder. From the touch of a fingertip on, `grasping_outputs` therefore count as
+    unmeasured and their disturbances stay constant; `grasping_channels` follow the model alone, the others
+    the measurements of other outputs, such as the wrist's (`mpc.kernel.solve_in_contact`).
 
     Parameters are those of `MpcParameters`.
 
     Inputs: `reference_preview` (N, outputs), the reference at the coming ticks, or `reference` (outputs,),
     held constant ahead; `measured` (outputs,); all rad; optional `force` (fingertips,), N, without which
-    nothing is ever touched. Output: `stimulation` (muscles, 2).
+    contact is never detected. Output: `stimulation` (muscles, 2).
     """
 
     def __post_init__(self) -> None:
@@ -67,30 +67,29 @@ class Mpc(MpcParameters):
         """`stimulation`."""
         return (Port("stimulation", (self.model.inputs, 2), "A,s"),)
 
-
     def faults(self, context: Context, surroundings: Surroundings) -> tuple[InputError, ...]:
-        """What of the parameters does not fit the loop around: its delay, its reference."""
+        """Faults of the parameters in this loop: its delay, its reference."""
         return tuple(mpc_checks.faults(self, context, surroundings))
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """What is to be feared before the first trial: (status, detail) each."""
+        """Warnings (status, detail) that the parameters give."""
         return mpc_checks.cautions(self)
 
     def cautions_in_place(self, context: Context, surroundings: Surroundings) -> tuple[tuple[str, str], ...]:
-        """What is to be feared of the loop around: a delay that is not the one it predicts by."""
+        """Warnings (status, detail) about this loop: a delay that differs from the predicted one."""
         return mpc_checks.cautions_in_place(self, context, surroundings)
 
     def age_limits(self) -> tuple[AgeLimit, ...]:
-        """Of `measured` and `force`."""
+        """Age limits of `measured` and `force`."""
         limits = {"measured": "nothing is controlled, and the drive falls to zero",
-                  "force": "whether the hand touches something is never known"}
+                  "force": "contact of the hand is never detected"}
         return tuple(AgeLimit(port=port, limit_ms=self.max_age_ms, since="newest", then=then)
                      for port, then in limits.items())
 
     def init(self, context: Context) -> MpcState:
-        """At rest, the programme and the observer for the context's clock.
+        """State at rest, with the programme and the observer for the context's clock.
 
-        Raises InputError for a horizon that ends before the first drive shows.
+        Raises InputError for a horizon that ends before the first drive has an effect.
         """
         for fault in self.faults(context, Surroundings()):
             raise InputError(f"{context.name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
@@ -100,7 +99,7 @@ class Mpc(MpcParameters):
                         np.zeros(muscles), np.zeros((muscles, 2)), ledger)
 
     def next_trial(self, state: MpcState, context: Context) -> MpcState:
-        """At rest again, with what is known of the muscles."""
+        """State at rest, with the learnt strengths of the muscles."""
         fresh = self.init(context)
         if self.adaptation:
             carry_over(self.adaptation, state.candidates, fresh.candidates)
@@ -111,7 +110,7 @@ class Mpc(MpcParameters):
         """Pulses for this tick."""
         reference, measured, now_ns = self._reference(inputs), inputs[2], tick.time_ns
         if inputs[3].present:
-            self._feel(state, inputs[3], tick)
+            self._update_contact(state, inputs[3], tick)
         if reference is None or measured.arrived_ns < 0:
             trouble, detail = "no_input", "no reference or measurement yet"
         elif now_ns - measured.newest_ns > self.max_age_ms * NS_PER_MS:
@@ -124,7 +123,8 @@ class Mpc(MpcParameters):
             fall_back(self, state, tick, trouble, detail)
         estimate = state.estimate
         state.pulses = np.empty((state.drive.size, 2))
-        saturated = give_out(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns, state.pulses)
+        saturated = issue_drive(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns,
+                                state.pulses)
         if state.given_uc.size:
             state.given_uc = np.append(state.given_uc[1:], 1e6 * state.pulses[:, 0] @ state.pulses[:, 1])
         if saturated or state.latch.holding:
@@ -132,22 +132,22 @@ class Mpc(MpcParameters):
         return (state.pulses,)
 
     def _reference(self, inputs: Sequence[Sample]) -> Array | None:
-        """Reference over the horizon, (N, outputs); None before any has come."""
+        """Reference over the horizon, (N, outputs); None before the first message."""
         preview, now, *_ = inputs
         if preview.arrived_ns >= 0:
             return cast(Array, preview.value)
         return np.tile(cast(Array, now.value), (self.horizon, 1)) if now.arrived_ns >= 0 else None
 
-    def _feel(self, state: MpcState, force: Sample, tick: Tick) -> None:
-        """Note whether the hand touches something; nothing new where the forces cannot tell."""
+    def _update_contact(self, state: MpcState, force: Sample, tick: Tick) -> None:
+        """Update whether the hand touches something; unchanged by forces that are not finite or too old."""
         sound = is_finite(force.value) and tick.time_ns - force.newest_ns <= self.max_age_ms * NS_PER_MS
         state.latch.put(tick, "no_force", not sound, "forces not finite or too old: contact as before")
         if sound:
             self.contact.look(state.touch, float(cast(Array, force.value).max()), tick.time_ns)
-        state.latch.put(tick, "contact", state.touch.holding, "what grasps is led by the model alone")
+        state.latch.put(tick, "contact", state.touch.holding, "grasping channels follow the model alone")
 
     def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:
-        """Set the drive to the first of the optimal ones; what went wrong, ("", "") if nothing."""
+        """Set the drive to the first optimal one; return (status, detail), ("", "") without trouble."""
         measured = cast(Array, sample.value)
         captured_ns = sample.newest_ns if self.compensate_age else now_ns
         if self.adaptation and is_finite(measured):
@@ -156,7 +156,7 @@ class Mpc(MpcParameters):
         candidate = state.candidates[state.chosen]
         gain = candidate.observer.touching_gain if state.touch.holding else candidate.observer.gain
         now = Loop(candidate.estimate, state.drive, state.pulses)
-        problem = posed(self, state, now, gain, reference, sample, captured_ns, now_ns)
+        problem = build_problem(self, state, now, gain, reference, sample, captured_ns, now_ns)
         if problem.fault == NOT_FINITE:
             return "non_finite", "an input is not finite"
         if state.touch.holding and self.grasping_channels:
@@ -165,7 +165,7 @@ class Mpc(MpcParameters):
             state.alone = None
             result = candidate.qp.solve_around(*problem)
         if result.status != "solved":
-            return result.status, "quadratic programme: the last plan goes on, then a ramp to zero"
+            return result.status, "quadratic programme: the last solution continues, then a ramp to zero"
         state.fallback.solved(result.x)
         state.drive = result.x[:state.drive.size]
         if candidate.strength:

@@ -1,4 +1,4 @@
-"""What of the parameters of `mpc.Mpc` cannot be: by themselves, and where the controller stands."""
+"""Checks of the parameters of `mpc`, alone and in their loop."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.limits.actuation import STATUS, in_words, missed_ns
 from controllers.limits.allocation import LEAST_REACH, check_reach, posture_within, require_kept
 from controllers.mpc.parameters import MpcParameters
-from controllers.period import period_ns
+from controllers.timing import DELAY_STATUS, delay_text, missed_ns, period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import Surroundings
 from fesloop.loop.block import Context
@@ -22,18 +21,18 @@ _POSITIVE = ("move_weight", "slew", "drive_max", "drive_noise", "disturbance_deg
              "charge_rise_uc", "touching_s")
 _ROUNDING_RAD = 1e-9
 _LEAST_RISE = 1e-6
-"""Drive below which the programme, within its tolerance, cannot tell a rise from none."""
+"""Rise of drive below the tolerance of the programme."""
 _SLOWEST_PER_S = 1e-9
-"""Rate of a pole below which its state, but for rounding, is a sum: no observer tells that from a disturbance
-of the output, and there is no steady state (chosen)."""
+"""Rate of a pole below which its state is, but for rounding, an integral: no observer distinguishes it from a
+disturbance of the output, and there is no steady state (chosen)."""
 _MOST_UNKNOWNS = 2000
-"""Of a programme over the horizon, whose matrices are dense (chosen: some 30 MB each)."""
+"""Largest number of unknowns of a programme, whose matrices are dense (chosen: some 30 MB each)."""
 _LONGEST_S = 60
-"""Of what is kept of former samples and drives, and of what follows on their loss (chosen)."""
+"""Longest delay, age of a sample, hold and ramp (chosen)."""
 
 
 def check(mpc: MpcParameters) -> None:
-    """Raise InputError for the first parameter that cannot be."""
+    """Raise InputError for the first parameter that is not allowed."""
     sizes = f"the model has {mpc.model.inputs} muscles and {mpc.model.outputs} outputs"
     if len(mpc.current_ma) != mpc.model.inputs:
         raise InputError("current_ma", f"{len(mpc.current_ma)} currents",
@@ -65,12 +64,12 @@ def check(mpc: MpcParameters) -> None:
     slowest = np.abs(np.linalg.eigvals(mpc.model.a)).min()
     if slowest < _SLOWEST_PER_S:
         raise InputError("model", f"a pole at {slowest:.3g} 1/s: it never comes to rest",
-                         "none this near 0", "identify it again, or let what it sums up fade")
+                         "no pole this near 0", "identify it again, or move the pole to the left")
     _check_limits(mpc)
 
 
 def _check_limits(mpc: MpcParameters) -> None:
-    """Limits that leave nothing to control with."""
+    """Raise InputError for limits that leave no stimulation to control with."""
     least, greatest = mpc.boxes()
     for output in range(mpc.model.outputs):
         if not least[output] <= greatest[output]:
@@ -83,18 +82,18 @@ def _check_limits(mpc: MpcParameters) -> None:
     if mpc.model.recruitment is None:
         if math.isfinite(mpc.horizon_charge_max_uc):
             raise InputError("horizon_charge_max_uc", f"{mpc.horizon_charge_max_uc:g}", "inf",
-                             "charge is not known: the model has no recruitment")
+                             "the model has no recruitment, so that charge is not known")
         return
     threshold_uc = 1e6 * allocation.charge(np.full(allocation.channels, LEAST_REACH))
     risen = allocation.risen(1e-6 * mpc.charge_rise_uc)
     if (risen < _LEAST_RISE).any():
         muscle = int(np.argmin(risen))
         raise InputError(
-            "charge_rise_uc", f"{mpc.charge_rise_uc:g} uC a tick never takes muscle {muscle} from rest "
+            "charge_rise_uc", f"{mpc.charge_rise_uc:g} uC a tick never brings muscle {muscle} from rest "
             "across its threshold", f"up to {threshold_uc[muscle]:.3g} uC, which recruits {LEAST_REACH:g} "
             "of it at once", "raise charge_rise_uc")
     if mpc.solver == "osqp" and math.isfinite(mpc.horizon_charge_max_uc):
-        raise InputError("solver", "'osqp' does not converge in time where charge has a budget", "daqp")
+        raise InputError("solver", "'osqp' does not converge in time with a limit on charge", "daqp")
     if not mpc.horizon_charge_max_uc >= mpc.horizon * threshold_uc.min():
         raise InputError(
             "horizon_charge_max_uc", f"{mpc.horizon_charge_max_uc:g} uC over {mpc.horizon} pulses recruit "
@@ -103,7 +102,7 @@ def _check_limits(mpc: MpcParameters) -> None:
 
 
 def faults(mpc: MpcParameters, context: Context, surroundings: Surroundings) -> Iterator[InputError]:
-    """What does not fit the loop around: its delay, its reference."""
+    """Faults in this loop: a horizon within the delay, boxes without a posture or without the reference."""
     period = period_ns(context)
     own_ns = duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     loop_ns, way = max((own_ns, "actuation_delay_ms"), (surroundings.loop_ns, surroundings.way))
@@ -114,7 +113,7 @@ def faults(mpc: MpcParameters, context: Context, surroundings: Surroundings) -> 
             "horizon", f"{mpc.horizon} periods of {period / NS_PER_MS:g} ms end before the delay of "
             f"{delay_ns / NS_PER_MS:g} ms does: {model_ns / NS_PER_MS:g} ms of the model, "
             f"{loop_ns / NS_PER_MS:g} ms of {way}",
-            f"{delay_ns // period + 1} or more", "lengthen the horizon by what the movement takes")
+            f"{delay_ns // period + 1} or more", "lengthen the horizon by the duration of the movement")
     least, greatest = mpc.boxes()
     if posture_within(mpc.model, mpc.reach(), least, greatest) is None:
         yield InputError("angle_min_deg", f"{mpc.angle_min_deg} to {mpc.angle_max_deg} deg holds no posture "
@@ -127,7 +126,7 @@ def faults(mpc: MpcParameters, context: Context, surroundings: Surroundings) -> 
 
 
 def _outside(reference: Array, least: Array, greatest: Array) -> Iterator[InputError]:
-    """Outputs of which the reference leaves its box."""
+    """Faults of outputs whose reference leaves their box."""
     for output in range(least.size):
         low, high = reference[:, output].min(), reference[:, output].max()
         for key, broken, angle, end in (
@@ -142,20 +141,20 @@ def _outside(reference: Array, least: Array, greatest: Array) -> Iterator[InputE
 def cautions_in_place(
     mpc: MpcParameters, context: Context, surroundings: Surroundings
 ) -> tuple[tuple[str, str], ...]:
-    """A delay to the plant that is not the one that the controller predicts by."""
+    """Warning about a delay to the plant that differs from the predicted one."""
     own_ns = duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     missed, period = missed_ns(own_ns, surroundings, period_ns(context)), period_ns(context)
     learnt = max(mpc.adaptation.delays_ns()) + period if mpc.adaptation else 0
     if not missed or 0.0 < missed <= learnt:
         return ()
-    return ((STATUS, in_words(mpc.actuation_delay_ms, surroundings)),)
+    return ((DELAY_STATUS, delay_text(mpc.actuation_delay_ms, surroundings)),)
 
 
 def cautions(mpc: MpcParameters) -> tuple[tuple[str, str], ...]:
-    """What is to be feared: a posture at rest outside the boxes."""
+    """Warning about a posture at rest outside the boxes."""
     least, greatest = mpc.boxes()
     outside = np.flatnonzero((mpc.model.offset < least) | (mpc.model.offset > greatest))
     if outside.size == 0:
         return ()
     where = ", ".join(f"output {i} at {math.degrees(mpc.model.offset[i]):.3g} deg" for i in outside)
-    return (("rest_outside_limits", f"without stimulation the model lies outside its box: {where}"),)
+    return (("rest_outside_limits", f"without stimulation the model rests outside its box: {where}"),)

@@ -1,4 +1,4 @@
-"""What a predictive controller is made of, from its parameters and its clock."""
+"""Coefficients of a predictive controller from its parameters and its clock."""
 
 from __future__ import annotations
 
@@ -20,21 +20,23 @@ from fesloop.models.linear_model import LinearModel
 
 Array = NDArray[np.float64]
 LEAD = 0.3
-"""Lead in log-likelihood by which another candidate takes over (chosen: 2 costs the first movement)."""
+"""Lead in log-likelihood by which another candidate replaces the chosen one (chosen: 2 is too late for the
+first movement)."""
 
 
 @dataclass(slots=True, eq=False)
 class Candidate:
-    """The plant as it may be, and control of it.
+    """One hypothesis of the plant's speed and delay, with the controller for it.
 
     Attributes
     ----------
-    speed, delay_ns: over the model's, and beyond it.
-    plan, observer: coefficients; never written to.
-    estimate: of the plant; the recorded drives in it are shared by all candidates.
-    strength: of the muscles, where it is adapted.
-    qp: the programme, warm.
-    likelihood: logarithm, of what was measured of late.
+    speed: ratio to the model's speed.
+    delay_ns: delay beyond the model's.
+    plan, observer: constant coefficients.
+    estimate: estimate of the plant; all candidates share its recorded drives.
+    strength: estimate of the muscles' strengths; None without adaptation.
+    qp: the programme, warm-started.
+    likelihood: log-likelihood of the recent measurements.
     """
 
     speed: float
@@ -48,12 +50,12 @@ class Candidate:
 
 
 def altered(model: LinearModel, speed: float, delay_ns: int) -> LinearModel:
-    """A model that goes through the same motion `speed` times as fast, and begins `delay_ns` later."""
+    """The model with `speed` times its speed and `delay_ns` more delay."""
     return replace(model, a=speed * model.a, b=speed * model.b, delay_ns=model.delay_ns + delay_ns)
 
 
 def nominal(candidates: Sequence[Candidate]) -> int:
-    """Number of the candidate that is the model as it stands."""
+    """Index of the candidate with the speed and the delay of the model."""
     return [(candidate.speed, candidate.delay_ns) for candidate in candidates].index((1.0, 0))
 
 
@@ -61,9 +63,9 @@ def compare(
     candidates: Sequence[Candidate], chosen: int, adaptation: StrengthAdaptation, captured_ns: int,
     measured: Array, touching: bool = False,
 ) -> int:
-    """Let every candidate take in outputs (outputs,) rad as they were at `captured_ns`; the one to go by.
+    """Correct every candidate by outputs (outputs,), rad, of `captured_ns`; return the index of the best.
 
-    While the hand touches something, that neither tells of strengths nor of which is right.
+    While the hand touches something, outputs change neither strengths nor likelihoods.
     """
     for candidate in candidates:
         estimate, observer = candidate.estimate, candidate.observer
@@ -84,7 +86,7 @@ def compare(
 def carry_over(
     adaptation: StrengthAdaptation, before: Sequence[Candidate], fresh: Sequence[Candidate]
 ) -> None:
-    """Tell fresh candidates what those of the trial before have learnt."""
+    """Copy strengths and likelihoods from the candidates of the trial before."""
     for old, new in zip(before, fresh, strict=True):
         new.likelihood = old.likelihood
         new.estimate.strength[:] = old.estimate.strength
@@ -93,14 +95,14 @@ def carry_over(
 
 
 _TYPICAL_SHARE = 0.5
-"""Of a channel's reach, at which its charge per drive is taken, to be corrected from there (chosen)."""
+"""Fraction of maximum drive at which charge per drive is linearised (chosen)."""
 
 _KEPT = 32
-"""Candidates whose coefficients are kept, the last used: those of a few controllers."""
+"""Number of candidates whose coefficients are cached: those of a few controllers."""
 
 
 def candidates_of(mpc: MpcParameters, period_ns: int) -> tuple[Candidate, ...]:
-    """The plant at every speed and delay that it may have, under drives recorded once."""
+    """One candidate for each speed and delay, with shared records of the drives."""
     speeds = mpc.adaptation.speeds if mpc.adaptation else (1.0,)
     delays = mpc.adaptation.delays_ns() if mpc.adaptation else (0,)
     made = tuple(_candidate(mpc, period_ns, speed, later, max(delays))
@@ -112,7 +114,7 @@ def candidates_of(mpc: MpcParameters, period_ns: int) -> tuple[Candidate, ...]:
 
 
 def _candidate(mpc: MpcParameters, period_ns: int, speed: float, later_ns: int, latest_ns: int) -> Candidate:
-    """One of them; all keep drives for as long as the one with the longest delay does."""
+    """One candidate; it keeps drives for as long as the candidate with the longest delay."""
     plan, observer = _coefficients(mpc, period_ns, speed, later_ns, latest_ns)
     return Candidate(speed, later_ns, plan, observer, observer.init(),
                      mpc.adaptation.init(observer) if mpc.adaptation else None,
@@ -123,7 +125,7 @@ def _candidate(mpc: MpcParameters, period_ns: int, speed: float, later_ns: int, 
 def _coefficients(
     mpc: MpcParameters, period_ns: int, speed: float, later_ns: int, latest_ns: int
 ) -> tuple[Plan, Observer]:
-    """What of a candidate nothing changes; kept, for every trial of every run begins with the same."""
+    """Constant coefficients of a candidate, cached because every trial begins with the same."""
     model = altered(mpc.model, speed, later_ns)
     delay_ns = model.delay_ns + duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     reach_ns = duration_ns(mpc.max_age_ms, NS_PER_MS, "max_age_ms") + latest_ns - later_ns

@@ -1,7 +1,6 @@
-"""The arithmetic of one tick of predictive control, before and after the quadratic programme.
+"""Arithmetic of one tick of predictive control, before and after the quadratic programme.
 
-What comes of it is written into arrays made by the caller: a compiled function takes as long to hand back
-an array as to fill one.
+Compiled functions fill arrays of the caller: returning an array takes them as long as filling it.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.allocation import allocate, risen
-from controllers.mpc.observer import ahead, correct, record
+from controllers.mpc.observer import correct, predict, record
 from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.plan import charge_room, free_optimum, limits
 from controllers.mpc.state import Loop, MpcState
@@ -25,30 +24,30 @@ Stamps = NDArray[np.int64]
 
 
 @compiled
-def pose(
+def assemble_qp(
     ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
     stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, at_ns: int, captured_ns: int, now_ns: int,
     measured: Array, free: Array, rows: Array, boxes: Array, reach: Array, slew: float, table: Array,
     charge_rise_c: float, charge: Array, drive: Array, pulses: Array, reference: Array, best: Array,
     lower: Array, upper: Array, below: Array, above: Array,
 ) -> int:
-    """Fill the free optimum and the bounds of this tick's programme; the fault, as `qp.kernel` has them.
+    """Fill the free optimum and the bounds of this tick's programme; return its fault code (`qp.dense`).
 
-    The observer takes in what was measured at `captured_ns`, in place, if that is after `at_ns`; the
-    prediction starts from its estimate at `now_ns`. Nothing is touched if an input is not finite. Drives
-    in the programme are what the muscles answer: `strength` times the recruited fractions.
+    The observer is corrected in place by the measurement of `captured_ns` if that is after `at_ns`; the
+    prediction starts from its estimate at `now_ns`. Nothing is written if an input is not finite. Drives
+    in the programme are multiplied by the muscles' `strength`.
 
     Parameters
     ----------
-    ladder ... delay_ns: of `Observer` and `ObserverState`.
+    ladder ... delay_ns: as in `Observer` and `ObserverState`.
     measured, reference: (outputs,) and (N, outputs), rad.
-    free, rows, boxes: of `Plan`.
-    reach, slew: greatest drive of each muscle, (muscles,), and greatest change a tick.
-    table, charge_rise_c: as `risen` takes them.
-    charge: as `limits` takes it.
-    drive, pulses: in force, (muscles,) and (muscles, 2).
-    best, lower, upper: (unknowns,) and twice (unknowns + constraints,), filled.
-    below, above: the bounds less what is bounded, at `best`, filled.
+    free, rows, boxes: as in `Plan`.
+    reach, slew: greatest drive of each muscle, (muscles,), and its greatest change a tick.
+    table, charge_rise_c: as in `risen`.
+    charge: as in `limits`.
+    drive, pulses: present ones, (muscles,) and (muscles, 2).
+    best, lower, upper: (unknowns,) and twice (unknowns + constraints,); filled.
+    below, above: bounds relative to `best`; filled.
     """
     muscles = drive.size
     for value in measured:
@@ -62,7 +61,7 @@ def pose(
                 at_ns, captured_ns, measured)
         at_ns = captured_ns
     stored = (free.shape[0] - reference.size - x.size) // muscles - 1
-    present = ahead(ladder, x, strength, stamps, inputs, period_ns, delay_ns, at_ns, now_ns, stored)
+    present = predict(ladder, x, strength, stamps, inputs, period_ns, delay_ns, at_ns, now_ns, stored)
     answered = strength * drive
     rise = np.empty(muscles)
     risen(table, pulses, charge_rise_c, rise)
@@ -71,18 +70,18 @@ def pose(
     free_optimum(free, present, disturbance + offset, reference, answered, best)
     limits(strength * reach, slew * strength, answered, rise, charge, boxes, reference, best, lower, upper)
     fault: int = check_vectors(best, lower, upper)
-    centre(rows, reference.shape[0] * muscles, muscles, best, lower, upper, below, above)
+    centre_bounds(rows, reference.shape[0] * muscles, muscles, best, lower, upper, below, above)
     return fault
 
 
 @compiled
-def centre(
+def centre_bounds(
     rows: Array, differences: int, muscles: int, best: Array, lower: Array, upper: Array, below: Array,
     above: Array,
 ) -> None:
-    """Fill bounds less what is bounded at `best`: what `qp.kernel.around` does, to the bit.
+    """Fill the bounds relative to `best`, bit for bit as `qp.dense.around` does.
 
-    The first rows, as many as `differences`, are known: each drive less that of the tick before.
+    The first `differences` rows are differences between the drives of successive ticks.
     """
     unknowns = best.size
     for i in range(unknowns):
@@ -99,17 +98,17 @@ def centre(
 
 
 @compiled
-def give_out(
+def issue_drive(
     table: Array, drive: Array, stamps: Stamps, inputs: Array, time_ns: int, pulses: Array
 ) -> int:
-    """Record a drive and write its pulses (muscles, 2); the number of channels at their longest pulse."""
+    """Record a drive and fill its pulses (muscles, 2); return how many channels are at their longest."""
     record(stamps, inputs, time_ns, drive)
     saturated: int = allocate(table, drive, pulses)
     return saturated
 
 
-class Posed(NamedTuple):
-    """A programme as `Qp.solve_around` takes it."""
+class Problem(NamedTuple):
+    """Arguments of `Qp.solve_around`."""
 
     best: Array
     lower: Array
@@ -119,19 +118,19 @@ class Posed(NamedTuple):
     fault: int
 
 
-def posed(
+def build_problem(
     mpc: MpcParameters,
     state: MpcState, loop: Loop, gain: Array, reference: Array, sample: Sample, captured_ns: int,
     now_ns: int,
-) -> Posed:
-    """The programme of a loop, whose estimate takes in the sample, captured at `captured_ns`, with a gain."""
+) -> Problem:
+    """Programme of this tick, from the loop's estimate corrected by the sample with the observer `gain`."""
     candidate, estimate = state.candidates[state.chosen], loop.estimate
     plan, observer, charge = candidate.plan, candidate.observer, state.given_uc
     if charge.size:
         charge = charge_room(mpc.horizon_charge_max_uc, charge, plan, state.fallback.planned,
                              estimate.strength, state.table)
     vectors = plan.vectors()
-    fault = pose(
+    fault = assemble_qp(
         observer.ladder, observer.c, observer.offset, gain, estimate.x, estimate.disturbance,
         estimate.strength, estimate.stamps, estimate.inputs, observer.period_ns, observer.delay_ns,
         estimate.at_ns, captured_ns, now_ns, cast(Array, sample.value), plan.free, plan.rows, plan.boxes,
@@ -139,37 +138,37 @@ def posed(
         reference, *vectors)
     if fault != NOT_FINITE:
         estimate.at_ns = max(estimate.at_ns, captured_ns)
-    return Posed(*vectors, fault)
+    return Problem(*vectors, fault)
 
 
 _SLACK = 1e-4
-"""Drive by which what is given may be missed, so that the programme has an inside (chosen: of no effect)."""
+"""Tolerance on prescribed drives, so that the programme has an interior (chosen; without effect)."""
 
 
 def solve_in_contact(
     mpc: MpcParameters,
-    state: MpcState, now: Loop, problem: Posed, reference: Array, sample: Sample, captured_ns: int,
+    state: MpcState, now: Loop, problem: Problem, reference: Array, sample: Sample, captured_ns: int,
     now_ns: int,
 ) -> QpResult:
-    """The optimum of `problem`, with the drives of `grasping_channels` from the model's own loop.
+    """Solution of `problem` with the drives of `grasping_channels` from a loop that runs on the model alone.
 
-    That loop begins as a copy of `now`; it remembers the drives of its own, which the plant is not given.
+    That loop starts as a copy of `now`; it records its own drives, which the plant does not receive.
     """
     candidate = state.candidates[state.chosen]
     state.alone = alone = state.alone or now.copied()
     still = np.zeros_like(candidate.observer.gain)
     led = candidate.qp.solve_around(
-        *posed(mpc, state, alone, still, reference, sample, captured_ns, now_ns))
+        *build_problem(mpc, state, alone, still, reference, sample, captured_ns, now_ns))
     if not led.solved:
         return led
     alone.drive = np.minimum(led.x[:alone.drive.size] / alone.estimate.strength, state.reach)
-    give_out(state.table, alone.drive, alone.estimate.stamps, alone.estimate.inputs, now_ns, alone.pulses)
-    _give(mpc, problem, led.x, alone.drive.size)
+    issue_drive(state.table, alone.drive, alone.estimate.stamps, alone.estimate.inputs, now_ns, alone.pulses)
+    _prescribe(mpc, problem, led.x, alone.drive.size)
     return candidate.qp.solve_around(*problem)
 
 
-def _give(mpc: MpcParameters, problem: Posed, led: Array, muscles: int) -> None:
-    """Have the problem give `grasping_channels` what they have in `led` (unknowns,), within its bounds."""
+def _prescribe(mpc: MpcParameters, problem: Problem, led: Array, muscles: int) -> None:
+    """Restrict `grasping_channels` to their drives in `led` (unknowns,), within the problem's bounds."""
     steps = np.arange(mpc.horizon)[:, np.newaxis] * muscles
     given = (steps + np.array(mpc.grasping_channels)).ravel()
     low = np.minimum(np.maximum(led[given] - _SLACK, problem.lower[given]), problem.upper[given])

@@ -1,8 +1,8 @@
-"""What the plant's state is now, from measurements that are old by a known age and inputs that are recorded.
+"""Estimate of the plant's present state from measurements of known age and recorded inputs.
 
-A Kalman filter stands at the instant of the newest capture. A new sample takes it on to its own capture
-under the inputs that acted until then; to see the present, the estimate is taken on from there without
-being moved. All transitions are exact to the nanosecond for a linear model behind a pure delay.
+A Kalman filter holds the estimate at the newest capture. A new sample propagates it to its own capture under
+the inputs that acted until then; the present state is predicted from a copy. All transitions are exact to the
+nanosecond for a linear model behind a pure delay.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ class ObserverState:
     Attributes
     ----------
     at_ns: instant of the estimate: the newest capture, or the start of the trial.
-    x: (states,), estimate then.
-    disturbance: (outputs,), estimate of what the model leaves unexplained of the outputs, rad.
-    strength: (muscles,), how strongly each muscle answers its drive, over what the model expects.
-    stamps, inputs: (kept,) ns and (kept, muscles): when each drive was given out; oldest first.
+    x: (states,), estimate at that instant.
+    disturbance: (outputs,), estimated difference between the outputs and the model's, rad.
+    strength: (muscles,), response of each muscle to its drive, relative to the model's.
+    stamps, inputs: (kept,) ns and (kept, muscles): instants and values of the issued drives, oldest first.
     """
 
     at_ns: int
@@ -57,15 +57,15 @@ class Observer:
     Attributes
     ----------
     ladder: (rungs, states + muscles, states): transposed [Phi Gamma] over 1, 2, 4 ... 512 ns, over as many
-        us, over 1, 2, 4 ... ms up to `period_ns`, and last over `period_ns` itself: most ways are made of
-        whole periods and of a few ms.
+        us, over 1, 2, 4 ... ms up to `period_ns`, and last over `period_ns` itself: most durations are whole
+        periods and a few ms.
     c, offset: output of the model, (outputs, states) and (outputs,).
     gain: (states + outputs, outputs).
-    touching_gain: likewise while the hand touches something. The state then follows the drives alone and the
-        disturbances of what is still seen follow the measurements: an object that blocks one joint alters
-        how all answer, and a share in the state would tell that to every muscle.
-    delay_ns: from giving a drive out to its acting on x.
-    period_ns: of the samples.
+    touching_gain: the same while the hand touches something. The state then follows the drives alone, and the
+        disturbances of observed outputs follow the measurements: an object that blocks one joint changes the
+        response of all, and a correction of the state would change the drives of every muscle.
+    delay_ns: delay from issuing a drive to its effect on x.
+    period_ns: period of the samples.
     kept: number of inputs kept.
     """
 
@@ -88,14 +88,14 @@ class Observer:
 
         Parameters
         ----------
-        period_ns: of the samples, for the gain.
-        delay_ns: from giving a drive out to its acting on the model's state, all delays together.
-        reach_ns: oldest measurement to be understood.
+        period_ns: period of the samples, for the gain.
+        delay_ns: total delay from issuing a drive to its effect on the model's state.
+        reach_ns: greatest age of a measurement.
         drive_noise: sd of the error of the drive, held over a period.
         disturbance_walk: sd of the output disturbance after one second, rad.
         measurement_noise: sd, rad.
-        unseen: numbers of the outputs that are not seen while the hand touches something.
-        touching_s: time constant with which disturbances of the others are then followed.
+        unseen: numbers of the outputs that are not observed while the hand touches something.
+        touching_s: time constant with which the disturbances of the others are then followed.
         """
         states, outputs = model.a.shape[0], model.outputs
         rungs_ns = [*(unit * 2**i for unit in (1, 1000) for i in range(10)),
@@ -120,19 +120,19 @@ class Observer:
                    touching_gain, delay_ns, period_ns, kept)
 
     def init(self) -> ObserverState:
-        """At rest before t = 0, nothing given out before."""
+        """State at rest before t = 0, without issued drives."""
         states, muscles = self.ladder.shape[2], self.ladder.shape[1] - self.ladder.shape[2]
         return ObserverState(NEVER, np.zeros(states), np.zeros(self.offset.size), np.ones(muscles),
                              np.full(self.kept, _LONG_AGO, dtype=np.int64), np.zeros((self.kept, muscles)))
 
     def record(self, state: ObserverState, time_ns: int, drive: Array) -> None:
-        """A drive is given out at `time_ns`."""
+        """Record a drive that is issued at `time_ns`."""
         record(state.stamps, state.inputs, time_ns, drive)
 
     def correct(
         self, state: ObserverState, captured_ns: int, measured: Array, touching: bool = False
     ) -> None:
-        """Take in outputs (outputs,) in rad as they were at `captured_ns`; nothing if that is no news."""
+        """Correct by outputs (outputs,), rad, of `captured_ns`, unless that is not after the estimate."""
         if captured_ns <= state.at_ns:
             return
         gain = self.touching_gain if touching else self.gain
@@ -140,19 +140,19 @@ class Observer:
                 state.stamps, state.inputs, self.period_ns, self.delay_ns, state.at_ns, captured_ns, measured)
         state.at_ns = captured_ns
 
-    def ahead(self, state: ObserverState, time_ns: int, stored: int) -> Array:
-        """Estimate at `time_ns`, fresh: x, then what the drives given out 1 ... `stored` periods before do.
+    def predict(self, state: ObserverState, time_ns: int, stored: int) -> Array:
+        """State of `LinearModel.sampled` at `time_ns`: x, then effective drives of the last `stored` periods.
 
-        That is the state of `LinearModel.sampled` for the same delay. The observer's state is left alone.
+        The observer's state does not change.
         """
-        present: Array = ahead(self.ladder, state.x, state.strength, state.stamps, state.inputs,
+        present: Array = predict(self.ladder, state.x, state.strength, state.stamps, state.inputs,
                                self.period_ns, self.delay_ns, state.at_ns, time_ns, stored)
         return present
 
 
 @compiled
 def record(stamps: Stamps, inputs: Array, time_ns: int, drive: Array) -> None:
-    """Append to the records, the oldest falling out."""
+    """Append to the records and drop the oldest."""
     stamps[:-1] = stamps[1:]
     inputs[:-1] = inputs[1:]
     stamps[-1] = time_ns
@@ -161,7 +161,7 @@ def record(stamps: Stamps, inputs: Array, time_ns: int, drive: Array) -> None:
 
 @compiled
 def step_rung(ladder: Array, rung: int, x: Array, strength: Array, drive: Array, after: Array) -> None:
-    """x over the duration of one rung, in place."""
+    """Propagate x over the duration of one rung, in place."""
     states = x.size
     after[:] = 0.0
     for j in range(states):
@@ -175,10 +175,10 @@ def step_rung(ladder: Array, rung: int, x: Array, strength: Array, drive: Array,
 
 
 @compiled
-def hold(
+def propagate_held(
     ladder: Array, x: Array, strength: Array, drive: Array, period_ns: int, duration_ns: int, after: Array
 ) -> None:
-    """x over a duration under a held drive: whole periods, then the bits of ms, us and ns of the rest."""
+    """Propagate x under a held drive: whole periods, then the binary digits of the rest's ms, us and ns."""
     while duration_ns >= period_ns:
         step_rung(ladder, ladder.shape[0] - 1, x, strength, drive, after)
         duration_ns -= period_ns
@@ -193,11 +193,11 @@ def hold(
 
 
 @compiled
-def carry(
+def propagate(
     ladder: Array, x: Array, strength: Array, stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int,
     from_ns: int, to_ns: int,
 ) -> None:
-    """x from one instant to another under the recorded inputs, each acting `delay_ns` after it was given."""
+    """Propagate x between two instants under the recorded inputs, each `delay_ns` late, in place."""
     after = np.empty(x.size)
     k = stamps.size - 1
     while k > 0 and stamps[k] + delay_ns > from_ns:
@@ -206,7 +206,7 @@ def carry(
         stop = to_ns
         if k + 1 < stamps.size:
             stop = min(to_ns, stamps[k + 1] + delay_ns)
-        hold(ladder, x, strength, inputs[k], period_ns, stop - from_ns, after)
+        propagate_held(ladder, x, strength, inputs[k], period_ns, stop - from_ns, after)
         from_ns = stop
         k += 1
 
@@ -217,8 +217,8 @@ def correct(
     stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, from_ns: int, captured_ns: int,
     measured: Array,
 ) -> None:
-    """Carry to the capture, then the measurement update, in place."""
-    carry(ladder, x, strength, stamps, inputs, period_ns, delay_ns, from_ns, captured_ns)
+    """Propagate to the capture, then update by the measurement, in place."""
+    propagate(ladder, x, strength, stamps, inputs, period_ns, delay_ns, from_ns, captured_ns)
     states = x.size
     innovation = measured - offset - disturbance
     for i in range(innovation.size):
@@ -232,18 +232,18 @@ def correct(
 
 
 @compiled
-def ahead(
+def predict(
     ladder: Array, x: Array, strength: Array, stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int,
     from_ns: int, to_ns: int, stored: int,
 ) -> Array:
-    """x carried to `to_ns`, then what the drives in force 1 ... `stored` periods before do, flat."""
+    """State x at `to_ns`, then the effective drives of 1 ... `stored` periods before, flat."""
     states, muscles = x.size, inputs.shape[1]
     present = np.empty(states + stored * muscles)
     present[:states] = x
-    carry(ladder, present[:states], strength, stamps, inputs, period_ns, delay_ns, from_ns, to_ns)
+    propagate(ladder, present[:states], strength, stamps, inputs, period_ns, delay_ns, from_ns, to_ns)
     k = stamps.size - 1
     for lag in range(1, stored + 1):
-        # Half a period of tolerance: ticks of a rate that is no whole number of ns differ by 1 ns.
+        # Half a period of tolerance: ticks of a rate with a period of fractional ns differ by 1 ns.
         while k > 0 and stamps[k] > to_ns - lag * period_ns + period_ns // 2:
             k -= 1
         present[states + (lag - 1) * muscles:states + lag * muscles] = strength * inputs[k]

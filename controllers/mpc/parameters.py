@@ -1,4 +1,4 @@
-"""Parameters of `Mpc`."""
+"""Parameters of the block `mpc`."""
 
 from __future__ import annotations
 
@@ -32,26 +32,29 @@ class MpcParameters:
     angle_min_deg, angle_max_deg: (outputs,), soft boxes of the outputs, as in `mpc.plan`; -inf and inf for
         none, empty for none at all.
     slew: greatest change of a drive a tick.
-    drive_max: greatest drive; less where a channel cannot reach it.
-    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
+    drive_max: greatest drive; lower where a channel cannot reach it.
+    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last is used where the model has no
         recruitment.
-    charge_rise_uc: greatest rise of a channel's charge per phase a tick, as of `Safety`, which then has
-        nothing to cut; not kept where the model has no recruitment.
-    horizon_charge_max_uc: what any N ticks on end may give on all channels together, one pulse a tick. What
-        is to come is counted by slopes (`mpc.plan`), so it is kept within some per cent of one tick's charge.
-    actuation_delay_ms: from this block to the plant, beyond the model's own delay.
-    compensate_age: predict across the age of a sample; otherwise it counts as captured when it is read.
-    adaptation: of the muscles' strengths and the plant's speed, from trial to trial; none if left out.
+    charge_rise_uc: greatest rise of a channel's charge per phase a tick, as in `Safety`, which then cuts
+        nothing; without effect where the model has no recruitment.
+    horizon_charge_max_uc: limit on the charge of any N successive ticks on all channels together, one pulse a
+        tick. Future charge is linearised (`mpc.plan`), so the limit holds within some per cent of the charge
+        of one tick.
+    actuation_delay_ms: delay from this block to the plant, beyond the model's own.
+    compensate_age: whether to predict across the age of a sample; otherwise a sample counts as captured when
+        it is read.
+    adaptation: adaptation of the muscles' strengths and the plant's speed, from trial to trial; None: none.
     drive_noise, disturbance_deg, measurement_deg: sd of the drive's error, of the walk of the output
         disturbance over 1 s, and of a measurement, for the observer's gain.
-    fingertips: number of forces that tell of contact.
-    contact: when the hand touches something: the force is that of any fingertip. `lost_ms` should be longer
-        than samples are old: what they show then is free motion again.
-    grasping_outputs: see above; empty: all.
-    grasping_channels: see above; empty: none, what is seen of other outputs leads all.
-    touching_s: while the hand touches something the disturbances of the other outputs are followed with this
-        time constant, and the state by the drives alone (chosen: how long a joint takes to answer).
-    max_age_ms, hold_ms, ramp_ms: see above.
+    fingertips: number of fingertip forces.
+    contact: limits of the greatest fingertip force that decide whether the hand touches something. `lost_ms`
+        should be longer than samples are old, so that samples after it show free motion.
+    grasping_outputs: outputs that an object blocks; empty: all.
+    grasping_channels: channels that follow the model alone while the hand touches something; empty: none.
+    touching_s: time constant with which the disturbances of the other outputs are followed while the hand
+        touches something; the state then follows the drives alone (chosen: response time of a joint).
+    max_age_ms: age beyond which a sample is not used.
+    hold_ms, ramp_ms: time for which the drive is held, then ramped to zero, without a usable sample.
     solver: "daqp" or "osqp".
     """
 
@@ -88,7 +91,7 @@ class MpcParameters:
     solver: Literal["daqp", "osqp"] = "daqp"
 
     def allocation(self) -> Allocation:
-        """How drives become pulses."""
+        """Conversion of drives to pulses."""
         return allocation_of(self)
 
     def reach(self) -> Array:

@@ -10,15 +10,14 @@ Over a horizon of N periods, with drives V = [v_0; ...; v_{N-1}] and y_j = C A^j
 (Maciejowski 2002, Predictive Control with Constraints, chapter 3). Z spans the drives that move no output
 in steady state (co-contraction), so weighing them leaves control free of offset, which `effort` does not;
 where a muscle lies at its limit, that holds as far as `cocontraction` is small. `rise` is the drive that
-the rise of charge allows at this tick; at later ticks it follows the pulse then in force. s is the charge per
-drive of each muscle; charge_j is what the budget of any N ticks on end has left for the first j of those to
-come.
+the rise of charge allows at this tick; at later ticks it depends on the pulse then. s is the charge per
+drive of each muscle; charge_j is what the charge limit over any N successive ticks leaves for the next j.
 
 Boxes of angles are soft, so that a posture outside them never leaves the programme without an answer. Their
 price is exact (Kerrigan and Maciejowski 2000, "Soft constraints and exact penalty functions in model
 predictive control"): an angle leaves its box only where no admissible drive keeps it in, as long as the price
-is above the multipliers of the hard box. It is N x the greatest weight x 1 rad, what a reference 1 rad beyond
-the box pulls with over the whole horizon. Outputs within the delay, which no drive moves, have no box.
+is above the multipliers of the hard box. It is N x the greatest weight x 1 rad, the pull over the whole
+horizon of a reference 1 rad beyond the box. Outputs within the delay, which no drive moves, have no box.
 """
 
 from __future__ import annotations
@@ -48,12 +47,12 @@ class Weights(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What of the limits is in the matrices of the programme.
+    """Limits that enter the matrices of the programme.
 
     Attributes
     ----------
     least, greatest: (outputs,) rad, boxes of the outputs; infinite where there is none.
-    charge_slopes: (muscles,), charge per drive over the budget; of size 0 where there is none.
+    charge_slopes: (muscles,), charge per drive as a fraction of the limit; of size 0 without a limit.
     """
 
     least: Array
@@ -62,7 +61,7 @@ class Limits(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Matrices of the condensed programme; nothing here is ever written to.
+    """Constant matrices of the condensed programme.
 
     The unknowns are the drives, (N muscles,), then, where an output has a box, the excess of every output at
     every step, (N outputs,).
@@ -70,10 +69,10 @@ class Plan(NamedTuple):
     Attributes
     ----------
     hessian: (unknowns, unknowns).
-    rows: (constraints, unknowns): differences of drives, sums of charge where it has a budget, boxes.
-    free: (states + N outputs + muscles, unknowns), transposed map from x_0, from d + offset - r and from
-        the drive in force to the drives that would be best without limits, and to y - r without drives.
-    boxes: (boxes, 3), of the rows that are boxes: number of the step's output, least and greatest, rad.
+    rows: (constraints, unknowns): differences of drives, sums of charge where it is limited, boxes.
+    free: (states + N outputs + muscles, unknowns), transposed map from x_0, d + offset - r and the last drive
+        to the optimal drives without limits, and to y - r without drives.
+    boxes: (boxes, 3), for each row that is a box: index of the step's output, least and greatest, rad.
     """
 
     hessian: Array
@@ -82,7 +81,7 @@ class Plan(NamedTuple):
     boxes: Array
 
     def vectors(self) -> tuple[Array, Array, Array, Array, Array]:
-        """Room for what changes from tick to tick: unknowns, then four times bounds of them and of rows."""
+        """New arrays for one tick: the unknowns, then four times bounds of unknowns and rows."""
         unknowns, bounded = self.rows.shape[1], sum(self.rows.shape)
         return (np.empty(unknowns), np.empty(bounded), np.empty(bounded), np.empty(bounded),
                 np.empty(bounded))
@@ -119,7 +118,7 @@ def make_plan(model: SampledModel, horizon: int, weights: Weights, bounds: Limit
 
 
 def _boxes(lifted: Array, horizon: int, delay_steps: int, bounds: Limits) -> tuple[Array, Array]:
-    """(rows on drives and excesses, (boxes, 3) as in `Plan`): one row for each finite end."""
+    """Rows on drives and excesses, one for each finite end of a box, and `Plan.boxes` (boxes, 3)."""
     outputs = bounds.least.size
     excess, rows, boxes = np.eye(horizon * outputs), [], []
     for at in range(delay_steps * outputs, horizon * outputs):
@@ -136,15 +135,15 @@ def _boxes(lifted: Array, horizon: int, delay_steps: int, bounds: Limits) -> tup
 def charge_room(
     budget_uc: float, given_uc: Array, plan: Plan, planned: Array, strength: Array, table: Array
 ) -> Array:
-    """What a budget of charge has left for the first 1 ... N ticks to come, (N,) over the budget.
+    """Remaining charge for the next 1 ... N ticks, (N,), as fractions of the limit.
 
     Parameters
     ----------
-    budget_uc: of any N ticks on end, on all channels together.
-    given_uc: (N,), what the last N ticks gave, oldest first.
-    planned: the last answer, for which slopes are made exact; of size 0 before the first.
-    strength: (muscles,), by which drives of the programme are greater than those given out.
-    table: as `allocate` takes it.
+    budget_uc: limit over any N successive ticks, on all channels together.
+    given_uc: (N,), charge of the last N ticks, oldest first.
+    planned: last solution, at which the linearised charge is made exact; of size 0 before the first.
+    strength: (muscles,), ratio of the programme's drives to the issued ones.
+    table: as in `allocate`.
     """
     steps, muscles = given_uc.size, strength.size
     sums = plan.rows[steps * muscles:steps * (muscles + 1), :steps * muscles]
@@ -162,18 +161,18 @@ def charge_room(
 def free_optimum(
     free: Array, present: Array, shift: Array, reference: Array, previous: Array, drives: Array
 ) -> None:
-    """Fill `drives` (unknowns,) with those that would be best without limits; `free` is that of `Plan`.
+    """Fill `drives` (unknowns,) with the optimal ones without limits; `free` is as in `Plan`.
 
-    Behind the drives, in place of excesses, stands y - r without drives, (N outputs,).
+    After the drives, in place of excesses, follows y - r without drives, (N outputs,).
 
     Parameters
     ----------
-    present: (states,), of the sampled model.
+    present: (states,), state of the sampled model.
     shift: (outputs,), disturbance plus offset.
     reference: (N, outputs).
-    previous: (muscles,), the drive in force.
+    previous: (muscles,), drive of the last tick.
 
-    Sums run in a fixed order, so equal numbers give equal bits wherever they lie in memory.
+    Sums run in a fixed order, so that equal numbers give equal bits wherever they lie in memory.
     """
     known = np.empty(free.shape[0])
     known[:present.size] = present
@@ -205,12 +204,12 @@ def limits(
     Parameters
     ----------
     reach, slew: (muscles,), greatest drive and greatest change of it a tick.
-    previous: (muscles,), the drive in force.
+    previous: (muscles,), drive of the last tick.
     rise: (muscles,), greatest drive of this tick, above `previous`.
-    charge: of `charge_room`; of size 0 where charge has no budget.
-    boxes: of `Plan`.
+    charge: from `charge_room`; of size 0 without a limit on charge.
+    boxes: as in `Plan`.
     reference: (N, outputs).
-    best: of `free_optimum`; what stands behind the drives becomes the excesses that cost least.
+    best: from `free_optimum`; its entries after the drives become the excesses of least cost.
     """
     muscles, unknowns = reach.size, best.size
     size = reference.shape[0] * muscles

@@ -1,16 +1,17 @@
-"""How strongly each muscle answers its drive, learnt slowly from what is measured: fatigue and recovery.
+"""Estimate of each muscle's strength, which fatigue and recovery change slowly, from measurements.
 
-Each muscle's share of the outputs is simulated by the model alone, under the recorded drives and never
-corrected. What is measured is then a sum of shares, each times the muscle's strength, and of a disturbance:
+Each muscle's contribution to the outputs is simulated by the model alone, under the recorded drives and
+without corrections. A measurement is the sum of the contributions, each times the muscle's strength, and of a
+disturbance:
 
     y(t) = offset + sum_i s_i C z_i(t) + d(t)
 
-a linear regression whose parameters wander, solved by a Kalman filter (Ljung 1999, System Identification,
+a linear regression with parameters that drift, solved by a Kalman filter (Ljung 1999, System Identification,
 section 11.2). Strengths are pulled back to 1 with the time constant of fatigue and recovery, so that the
-strength of a muscle that is not used stays known. What strengths have in common when they are first seen
-(a model of another day) shows in the first movement; what each has of its own, when it is used.
+strength of a muscle that is not used stays known. The first movement shows the common part of all strengths
+(a model of another day); the individual parts show when the muscles are used.
 
-A plant may also be faster or slower than its model: see `mpc.candidates`.
+A plant may also be faster or slower than its model: see `mpc.design.Candidate`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from controllers.mpc.observer import Observer, ObserverState, carry
+from controllers.mpc.observer import Observer, ObserverState, propagate
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
@@ -32,11 +33,11 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True, eq=False)
 class StrengthState:
-    """What the adaptation remembers.
+    """State of the adaptation.
 
     Attributes
     ----------
-    responses: (muscles, states), of the model to each muscle alone at strength 1.
+    responses: (muscles, states), states of the model under each muscle alone at strength 1.
     mean: (muscles + outputs,), strengths, then the disturbance in rad.
     covariance: (muscles + outputs,) squared.
     """
@@ -48,20 +49,19 @@ class StrengthState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StrengthAdaptation:
-    """Numbers of the adaptation.
+    """Parameters of the adaptation.
 
     Attributes
     ----------
-    strength_sd: how far from 1 strengths are expected to wander (chosen: the fitness equation's floor of
-        0.2 is then about two such deviations off).
-    time_s: within which they do (fatigue 18-30 s, recovery 40-50 s; `plants` has the sources).
-    disturbance_deg: sd of the walk of what no strength explains, over 1 s (chosen).
-    measurement_deg: sd of what the model's dynamics leave unexplained in a sample (chosen).
-    common: share of that variance which all muscles have in common at first (chosen): they tire each for
-        itself.
-    speeds, delays_ms: how many times as fast as the model the patient may be, and how much later; which of
-        all pairs is so is told by what each predicts. 1 and 0 are among them. Every pair costs a filter.
-    memory_s: within which predictions count for that.
+    strength_sd: sd of strengths about 1 (chosen: the fitness equation's floor of 0.2 is then about two sd
+        away).
+    time_s: time constant of their drift (fatigue 18-30 s, recovery 40-50 s; `plants` has the sources).
+    disturbance_deg: sd of the disturbance's walk over 1 s (chosen).
+    measurement_deg: sd of a sample about the model's prediction (chosen).
+    common: share of the initial variance that all muscles have in common (chosen): they tire individually.
+    speeds, delays_ms: speeds of the patient relative to the model, and additional delays; 1 and 0 are among
+        them. The pair with the best predictions is used. Every pair costs a filter.
+    memory_s: time constant with which predictions are forgotten.
     least, greatest: bounds of a strength.
     """
 
@@ -91,14 +91,14 @@ class StrengthAdaptation:
         self.delays_ns()
         if not self.least <= 1.0 <= self.greatest < math.inf:
             raise InputError("adaptation", f"least {self.least}, greatest {self.greatest}",
-                             "bounds on either side of 1, the strength that the model has")
+                             "bounds around 1, the strength of the model")
 
     def delays_ns(self) -> tuple[int, ...]:
-        """`delays_ms`, ns."""
+        """`delays_ms` in ns."""
         return tuple(duration_ns(delay, NS_PER_MS, "adaptation.delays_ms") for delay in self.delays_ms)
 
     def init(self, observer: Observer) -> StrengthState:
-        """Fresh muscles, at rest."""
+        """State of fresh muscles, at rest."""
         states, outputs = observer.c.shape[1], observer.c.shape[0]
         muscles = observer.ladder.shape[1] - states
         mean = np.concatenate([np.ones(muscles), np.zeros(outputs)])
@@ -108,7 +108,7 @@ class StrengthAdaptation:
         return StrengthState(np.zeros((muscles, states)), mean, covariance)
 
     def carried(self, state: StrengthState, observer: Observer) -> StrengthState:
-        """At rest again, with what is known of the strengths."""
+        """State at rest, with the estimated strengths."""
         fresh, muscles = self.init(observer), state.responses.shape[0]
         fresh.mean[:muscles] = state.mean[:muscles]
         fresh.covariance[:muscles, :muscles] = state.covariance[:muscles, :muscles]
@@ -118,9 +118,9 @@ class StrengthAdaptation:
         self, state: StrengthState, observer: Observer, estimate: ObserverState, captured_ns: int,
         measured: Array,
     ) -> float:
-        """Take in outputs (outputs,) as they were at `captured_ns`, news, before the observer does.
+        """Correct by outputs (outputs,) of `captured_ns`, before the observer does; set `estimate.strength`.
 
-        Sets `estimate.strength`; the logarithm of how likely they were beforehand.
+        Returns the log-likelihood of the outputs.
         """
         elapsed_s = (captured_ns - estimate.at_ns) / NS_PER_S
         self.follow(state, observer, estimate, captured_ns)
@@ -134,7 +134,7 @@ class StrengthAdaptation:
     def follow(
         self, state: StrengthState, observer: Observer, estimate: ObserverState, captured_ns: int
     ) -> None:
-        """Nothing is to be learnt from outputs at `captured_ns`: the responses alone go on."""
+        """Propagate the responses to `captured_ns` without a correction."""
         respond(observer.ladder, state.responses, estimate.stamps, estimate.inputs, observer.period_ns,
                 observer.delay_ns, estimate.at_ns, captured_ns)
 
@@ -144,11 +144,11 @@ def respond(
     ladder: Array, responses: Array, stamps: NDArray[np.int64], inputs: Array, period_ns: int, delay_ns: int,
     from_ns: int, to_ns: int,
 ) -> None:
-    """Carry the response to each muscle alone, in place."""
+    """Propagate the response to each muscle alone, in place."""
     alone = np.zeros(inputs.shape[1])
     for i in range(alone.size):
         alone[i] = 1.0
-        carry(ladder, responses[i], alone, stamps, inputs, period_ns, delay_ns, from_ns, to_ns)
+        propagate(ladder, responses[i], alone, stamps, inputs, period_ns, delay_ns, from_ns, to_ns)
         alone[i] = 0.0
 
 
@@ -158,18 +158,18 @@ def regress(
     c: Array, unexplained: Array, kept: float, strength_variance: float, walk_variance: float,
     noise_variance: float,
 ) -> float:
-    """One step of the filter, in place; the logarithm of the density of what was measured, but for 2 pi.
+    """One step of the filter, in place; return the log-likelihood of the measurement without its constant.
 
     Parameters
     ----------
     strength: (muscles,), filled.
     least, greatest: bounds of a strength.
-    mean, covariance, responses: of `StrengthState`.
-    c: of `Observer`.
-    unexplained: (outputs,), measured less offset.
+    mean, covariance, responses: as in `StrengthState`.
+    c: as in `Observer`.
+    unexplained: (outputs,), measurement less offset.
     kept: factor on the distance of strengths from 1.
-    strength_variance: of strengths that nothing is known of.
-    walk_variance, noise_variance: of the disturbance's walk since the last sample, and of the sample.
+    strength_variance: stationary variance of strengths.
+    walk_variance, noise_variance: variances of the disturbance's walk since the last sample and of a sample.
     """
     muscles, size = responses.shape[0], mean.size
     for i in range(muscles):

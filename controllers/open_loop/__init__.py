@@ -1,4 +1,4 @@
-"""Stimulation by programme, whatever the hand does."""
+"""Open-loop stimulation."""
 
 from typing import TYPE_CHECKING
 

@@ -17,21 +17,22 @@ from fesloop.loop.signals import Port, Sample, Value
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElementSweep:
-    """Recruitment element by element: each gets pulses of rising current, then all rest, then the next.
+    """Pulses of rising current on one element after another, with a rest after each.
 
     One channel of the stimulator is switched from element to element through the multiplexing. After the last
     element nothing is stimulated.
 
     Attributes
     ----------
-    count: elements of the arrays.
-    elements: numbers of those that are swept, in this order; empty: all.
-    current_ma: the stairs, strictly increasing, mA.
+    count: number of elements of the arrays.
+    elements: numbers of the elements, in order; empty: all.
+    current_ma: currents, strictly increasing, mA.
     width_us: pulse width.
-    stair_s: how long each current lasts. rest_s: pause before the next element.
+    stair_s: duration of each current.
+    rest_s: pause before the next element.
 
     Outputs: `stimulation` (1, 2), A and s; `multiplexing` (1, count), share of the current that each element
-    has; `element`, number of the one that is being swept, -1 after the last; `stair`, number of the current,
+    has; `element`, number of the present one, -1 after the last; `stair`, number of the current,
     -1 at rest.
     """
 
@@ -60,12 +61,12 @@ class ElementSweep:
 
     @property
     def order(self) -> tuple[int, ...]:
-        """Elements in the order in which they are swept."""
+        """Numbers of the elements in order."""
         return self.elements or tuple(range(self.count))
 
     @property
     def duration_s(self) -> float:
-        """Of the whole sweep."""
+        """Duration of the whole sweep."""
         return len(self.order) * (len(self.current_ma) * self.stair_s + self.rest_s)
 
     @property
@@ -75,16 +76,16 @@ class ElementSweep:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Pulses, where they go, and how far the sweep is."""
+        """`stimulation`, `multiplexing`, `element`, `stair`."""
         return (Port("stimulation", (1, 2), "A,s"), Port("multiplexing", (1, self.count), "1"),
                 Port("element", (), "1", -1.0), Port("stair", (), "1", -1.0))
 
     def init(self, context: Context) -> None:
-        """Nothing to remember: all follows from the instant."""
+        """No state: outputs depend on time alone."""
         return
 
     def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The pulses of now."""
+        """Outputs of this instant."""
         stair_ns = duration_ns(self.stair_s, NS_PER_S, "stair_s")
         lasting_ns = len(self.current_ma) * stair_ns + duration_ns(self.rest_s, NS_PER_S, "rest_s")
         turn, since_ns = divmod(tick.time_ns, lasting_ns)

@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True, eq=False)
 class ProgrammeState:
-    """Way-points in SI, never written to.
+    """Way-points in SI units, constant.
 
     Attributes
     ----------
-    times_s: (points,).
+    times_s: (points,), s.
     pulses: (points, channels, 2), A and s.
     cycle_ns: length of a cycle; 0: none.
     """
@@ -38,15 +38,15 @@ class ProgrammeState:
 class Programme:
     """Stimulation as a function of time alone: currents and pulse widths, linear between way-points.
 
-    Before the first way-point and after the last their pulses hold. What the stimulation shall be at a step
-    up or down is said by two way-points a moment apart.
+    Before the first way-point and after the last, their pulses hold. A step needs two way-points with a short
+    time between them.
 
     Attributes
     ----------
     times_s: (points,), strictly increasing, 0 or more, s.
-    current_ma: (points, channels), mA; one row stands for all points.
-    width_us: (points, channels), us; one row stands for all points.
-    cycle_s: the programme begins anew after this time, not before its last way-point; 0: it runs once.
+    current_ma: (points, channels), mA; one row applies to all points.
+    width_us: (points, channels), us; one row applies to all points.
+    cycle_s: period with which the programme repeats, not below its last way-point; 0: it runs once.
 
     Output: `stimulation` (channels, 2), A and s.
     """
@@ -93,14 +93,14 @@ class Programme:
         return (Port("stimulation", (self.channels, 2), "A,s"),)
 
     def init(self, context: Context) -> ProgrammeState:
-        """Way-points in SI."""
+        """Way-points in SI units."""
         shape = len(self.times_s), self.channels
         pulses = np.stack([np.broadcast_to(self.current_ma, shape) / 1e3,
                            np.broadcast_to(self.width_us, shape) / 1e6], axis=-1)
         return ProgrammeState(np.array(self.times_s), pulses, duration_ns(self.cycle_s, NS_PER_S, "cycle_s"))
 
     def step(self, state: ProgrammeState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The pulses of now."""
+        """Pulses of this instant."""
         now_ns = tick.time_ns % state.cycle_ns if state.cycle_ns else tick.time_ns
         return (pulses_at(state.times_s, state.pulses, now_ns / NS_PER_S),)
 

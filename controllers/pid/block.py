@@ -1,4 +1,4 @@
-"""PID control of joint angles through a mixing matrix onto muscles."""
+"""`pid`: PID control of joint angles through a mixing matrix onto muscles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.allocation import Allocation, allocate
-from controllers.period import period_ns
+from controllers.timing import period_ns
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 INTEGRAL, DERIVATIVE, PREVIOUS = 0, 1, 2
 """Rows of the memory: integral part, filtered derivative part, measurement of the tick before."""
 RUNNING, SATURATED, NON_FINITE = 0, 1, 2
-"""What a tick comes to."""
+"""Outcomes of a tick."""
 
 
 @compiled
@@ -36,15 +36,15 @@ def pid_tick(
     gains: Array, mixing: Array, channels: Array, table: Array, memory: Array, primed: bool,
     reference: Array, measured: Array,
 ) -> tuple[int, Array]:
-    """One tick: (RUNNING, SATURATED or NON_FINITE, pulses (muscles, 2) in A and s).
+    """One tick: RUNNING, SATURATED or NON_FINITE, and the pulses (muscles, 2), A and s.
 
     Parameters
     ----------
-    gains: (joints, 4): kp, ki h, alpha, beta as `Pid` defines them.
+    gains: (joints, 4): kp, ki h, alpha, beta as in `Pid`.
     mixing: (muscles, joints).
     channels: (muscles, 3): bias, least and greatest drive.
-    table: of `Allocation.table`.
-    memory: (3, joints), updated in place; left alone on non-finite input, not on overflow inside.
+    table: from `Allocation.table`.
+    memory: (3, joints), updated in place; unchanged for non-finite input, but not for overflow inside.
     primed: whether `memory` holds a previous measurement.
     """
     muscles, joints = mixing.shape
@@ -75,7 +75,7 @@ def pid_tick(
 
 @compiled
 def can_follow(weights: Array, channels: Array, drive: Array, growth: float) -> bool:
-    """Whether the integral of a joint may grow: a muscle follows it, or it leads most out of saturation."""
+    """Whether the integral of a joint may grow: a muscle can follow, or most muscles leave saturation."""
     deeper, back = 0.0, 0.0
     for i in range(weights.size):
         change = weights[i] * growth
@@ -114,14 +114,15 @@ Matrix = tuple[tuple[float, ...], ...]
 
 @dataclass(slots=True, eq=False)
 class PidState:
-    """Memory of the controller, and the coefficients that its clock decides.
+    """State of the controller, with the coefficients that follow from its clock.
 
     Attributes
     ----------
-    gains, mixing, channels, table: as `pid_tick` takes them; never written to.
-    memory: (3, joints).
-    primed: whether a measurement has come.
-    outcome: what the last tick came to.
+    gains, mixing, channels, table: constant arguments of `pid_tick`.
+    memory: (3, joints), rows as numbered above.
+    primed: whether a measurement has arrived.
+    outcome: outcome of the last tick.
+    latch: statuses that hold until they end.
     """
 
     gains: Array
@@ -136,7 +137,7 @@ class PidState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pid(BlockToControl):
-    """A PID controller a joint, their commands mixed onto muscles.
+    """One PID controller for each joint, with their commands mixed onto muscles.
 
     With period h, error e = reference - measured and measurement y, joint by joint,
 
@@ -147,8 +148,8 @@ class Pid(BlockToControl):
     (forward difference for the integral, backward for the filtered derivative of the measurement: Astrom
     and Murray, Feedback Systems, 2nd ed., section 11.5, ISBN 978-0-691-19398-4). Muscle drives are
     v = bias + mixing u, limited to what each channel can recruit. Anti-windup is conditional integration:
-    I stands still while no muscle of the joint could follow its growth and most, by their weight in
-    `mixing`, would only go deeper into saturation.
+    I stays constant while no muscle of the joint can follow its growth and most, by their weight in
+    `mixing`, would go deeper into saturation.
 
     Attributes
     ----------
@@ -164,7 +165,7 @@ class Pid(BlockToControl):
     full_scale_us: pulse width of v = 1 under "linear".
 
     Inputs: `reference` and `measured` (joints,), rad. Output: `stimulation` (muscles, 2). Without a
-    measurement, or with a non-finite input, stimulation is zero and a status says so.
+    measurement, or with a non-finite input, stimulation is zero, with a status.
     """
 
     kp: tuple[float, ...]
@@ -223,7 +224,7 @@ class Pid(BlockToControl):
 
     @property
     def muscles(self) -> int:
-        """Number of muscles, which is that of channels."""
+        """Number of muscles and channels."""
         return len(self.current_ma)
 
     @property
@@ -237,13 +238,13 @@ class Pid(BlockToControl):
         return (Port("stimulation", (self.muscles, 2), "A,s"),)
 
     def allocation(self) -> Allocation:
-        """How drives become pulses."""
+        """Conversion of drives to pulses."""
         curves = self.recruitment if self.recruitment_curve == "lognormal" else None
         return Allocation(recruitment=curves, current_ma=self.current_ma,
                           width_max_us=self.width_max_us, full_scale_us=self.full_scale_us)
 
     def gains(self, period_s: float) -> Array:
-        """(joints, 4): kp, ki h, alpha, beta."""
+        """Coefficients (joints, 4): kp, ki h, alpha, beta."""
         filter_s = 1e-3 * self.derivative_filter_ms
         return np.column_stack([
             np.asarray(self.kp), np.asarray(self.ki) * period_s,
@@ -251,9 +252,9 @@ class Pid(BlockToControl):
             np.asarray(self.kd) / (filter_s + period_s)])
 
     def sampled(self, period_s: float) -> tuple[Array, Array, Array, Array]:
-        """(a, b, c, d) from [reference; measured] to muscle drives less their bias, unsaturated.
+        """Matrices a, b, c, d from [reference; measured] to muscle drives less their bias, unsaturated.
 
-        State: I[k], D[k-1], y[k-1], each (joints,). For the theory of the closed loop.
+        The state is I[k], D[k-1], y[k-1], each (joints,).
         """
         kp, ki_h, alpha, beta = (np.diag(column) for column in self.gains(period_s).T)
         zero, one = np.zeros_like(kp), np.eye(self.joints)
@@ -263,7 +264,7 @@ class Pid(BlockToControl):
         return a, b, mixing @ np.hstack([one, alpha, beta]), mixing @ np.hstack([kp, -kp - beta])
 
     def linear_form(self, context: Context) -> SampledForm:
-        """Unsaturated; under "linear" to pulse widths."""
+        """Unsaturated law; under "linear" to pulse widths."""
         a, b, c, d = self.sampled(period_ns(context) / NS_PER_S)
         lognormal = self.recruitment_curve == "lognormal"
         scale = 1.0 if lognormal else 1e-6 * self.full_scale_us
@@ -275,7 +276,7 @@ class Pid(BlockToControl):
                            greatest=self.allocation().reach() if lognormal else None)
 
     def init(self, context: Context) -> PidState:
-        """At rest, coefficients for the context's clock."""
+        """State at rest, with the coefficients for the context's clock."""
         period_s = period_ns(context) / NS_PER_S
         allocation, linear = self.allocation(), self.recruitment_curve == "linear"
         channels = np.zeros((self.muscles, 3))
@@ -300,7 +301,7 @@ class Pid(BlockToControl):
         return (pulses,)
 
     def _report(self, state: PidState, outcome: int, tick: Tick) -> None:
-        """Tell what changed since the last tick."""
+        """Report what has changed since the last tick."""
         state.latch.put(tick, "non_finite", outcome == NON_FINITE, "input is not finite: no stimulation")
         state.latch.put(tick, "saturated", outcome == SATURATED, "a channel is at its longest pulse")
         state.outcome = outcome

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.allocation import Allocation, allocate, allocation_of, risen
-from controllers.period import period_ns
 from controllers.pid.tuning import RuleName, Tuning, static_gain, tuned
 from controllers.qp.dense import Qp
+from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit
 from fesloop.loop.block import Context, Tick
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _EFFORT = 1e-6
-"""Weight of drives in their mixing, over the strongest that any output answers with: decides between drives
-that move the outputs alike, and no more (chosen)."""
+"""Weight of drives in their mixing, relative to the strongest static gain: it decides only between drives
+with equal effects on the outputs (chosen)."""
 _FARTHEST = 10.0
-"""What is asked is cut at so many times what all drives together could do (chosen: far outside any hand, and
-within numbers that the programme can tell apart)."""
+"""Limit of references and outputs, relative to the effect of all drives together (chosen: far outside any
+hand, and within the resolution of the programme)."""
 _FILTERED = 0.1
 """Time constant of the derivative's filter over the derivative time (customary: an eighth to a twentieth)."""
 
@@ -46,20 +46,24 @@ def mixing_hessian(gain: Array) -> Array:
 
 @dataclass(slots=True, eq=False)
 class TunedPidState:
-    """Memory of the controller, and the coefficients that its clock decides.
+    """State of the controller, with the coefficients that follow from its clock.
 
     Attributes
     ----------
-    gains: (outputs, 5): kp, integral gain a tick, pull of saturation a tick, derivative's pole and gain.
-    gain: (outputs, muscles), static.
-    reach: (muscles,), greatest drives. table: of `Allocation`. Never written to, like those above.
-    qp: the mixing.
-    late, slow: (outputs,), ticks of delay, and pole a tick, of what the feedforward leads to.
-    ahead: (outputs,), which of the coming references is delay and lag from now.
+    gains: (outputs, 5): kp, integral gain a tick, anti-windup gain a tick, the derivative's pole and gain.
+    gain: (outputs, muscles), static gain.
+    reach: (muscles,), greatest drives.
+    table: from `Allocation.table`.
+    qp: programme of the mixing.
+    late, slow: (outputs,), delay in ticks, and pole a tick, of the expected response to the feedforward.
+    ahead: (outputs,), index of the coming reference that is delay and lag from now.
     integral, derivative, previous: (outputs,), rad.
-    asked: (ticks, outputs), rad, f, newest first; expected: (outputs,), what it should have led to.
-    pulses: (muscles, 2), in force.
-    trouble: status of the tick before, "" while all is well.
+    asked: (ticks, outputs), rad, references f, newest first.
+    expected: (outputs,), expected response to them.
+    pulses: (muscles, 2), present pulses.
+    primed: whether a measurement has arrived.
+    trouble: status of the tick before; "" for none.
+    latch: statuses that hold until they end.
     """
 
     gains: Array
@@ -88,37 +92,37 @@ class TunedPid:
     With static gain K of the model, y measured, f the reference, lag and delay ahead of now where there is a
     preview of it, output by output,
 
-        e = f exp(-delay s) / (lag s + 1) - y                what the feedforward should have led to, less y
-        u = (f - offset) + kp e + I + D                      what the outputs should come to, from rest
+        e = f exp(-delay s) / (lag s + 1) - y                expected response to the feedforward, less y
+        u = (f - offset) + kp e + I + D                      commanded outputs, from rest
         v = argmin |K v - u|^2 + effort |v|^2, 0 <= v <= limits        drives of the muscles
         I[k+1] = I[k] + (kp h / Ti) e + (h / Ti) (K v - u)
         D[k] = alpha D[k-1] - beta (y[k] - y[k-1])
 
-    so the feedforward is the model's inverse at rest, within the boxes, and feedback puts right only what
-    the model did not foresee (two degrees of freedom: Astrom and Hagglund 2006, Advanced PID Control, section
-    5.3); without feedforward e = reference - y. The integral is led back by what the boxes do not let through
-    (back-calculation, ibid., section 3.5, tracking time Ti). Where drives cannot bring about what is asked,
-    the least sum of kp e^2 is left at rest. Gains, lag and delay are those of `controllers.pid.tuning`, with
-    the delay of the model, `delay_ms` and half a period.
+    so that the feedforward is the model's static inverse, within the limits, and feedback corrects only what
+    the model does not predict (two degrees of freedom: Astrom and Hagglund 2006, Advanced PID Control,
+    section 5.3); without feedforward e = reference - y. The integral is reduced by what the limits cut off
+    (back-calculation, ibid., section 3.5, tracking time Ti). Where no drives reach the reference, the steady
+    state has the least sum of kp e^2. Gains, lag and delay are those of `controllers.pid.tuning`, with the
+    delay of the model, `delay_ms` and half a period.
 
     Attributes
     ----------
-    model: of the patient; outputs rad, inputs the recruited fractions.
+    model: model of the patient; outputs rad, inputs the recruited fractions.
     current_ma: (muscles,), fixed current of each channel.
     rule: "simc": PI by Skogestad; "amigo": PID by Astrom and Hagglund.
-    closed_loop_ms: of "simc", time constant wanted; 0: as long as the loop's delay.
-    delay_ms: of the loop beyond the model: usual age of `measured` when it is read.
-    feedforward: whether (f - offset) is there.
-    preview: coming references, one a tick, that `reference_preview` shows; 0 leaves that input out.
-    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
+    closed_loop_ms: time constant of the closed loop for "simc"; 0: as long as the loop's delay.
+    delay_ms: delay of the loop beyond the model: usual age of `measured` when it is read.
+    feedforward: whether the term (f - offset) is used.
+    preview: number of coming references, one a tick, in `reference_preview`; 0: no such input.
+    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last is used where the model has no
         recruitment.
-    charge_rise_uc: greatest rise of a channel's charge per phase a tick, as `Safety` has it; not kept where
+    charge_rise_uc: greatest rise of a channel's charge per phase a tick, as in `Safety`; without effect where
         the model has no recruitment.
-    max_age_ms: of `measured`, counted from its newest capture.
+    max_age_ms: greatest age of `measured`, counted from its newest capture.
 
     Inputs: `reference` and `measured` (outputs,), rad; `reference_preview` (preview, outputs), rad.
     Output: `stimulation` (muscles, 2). Without a measurement, with one that is too old or an input that is
-    not finite, stimulation is zero and a status says so; the integral stands still.
+    not finite, stimulation is zero, with a status, and the integral stays constant.
     """
 
     model: LinearModel
@@ -163,16 +167,16 @@ class TunedPid:
         return (Port("stimulation", (self.model.inputs, 2), "A,s"),)
 
     def allocation(self) -> Allocation:
-        """How drives become pulses."""
+        """Conversion of drives to pulses."""
         return allocation_of(self)
 
     def tuning(self, period_s: float) -> list[Tuning]:
-        """Of each output, for a period."""
+        """Gains and fitted lag of each output, for a period."""
         return tuned(self.model, self.rule, extra_delay_s=1e-3 * self.delay_ms + 0.5 * period_s,
                      closed_loop_s=1e-3 * self.closed_loop_ms)
 
     def gains(self, period_s: float) -> Array:
-        """(outputs, 5), as `TunedPidState` has them."""
+        """Coefficients (outputs, 5), as in `TunedPidState`."""
         rows = []
         for (kp, integral_s, derivative_s), _ in self.tuning(period_s):
             filter_s = _FILTERED * derivative_s
@@ -183,8 +187,9 @@ class TunedPid:
     def to_control(self, rate: str | int | float) -> control.StateSpace:
         """The law without limits at a rate in hertz, as a discrete-time `control.StateSpace`.
 
-        From [reference; measured], less the model's offset, to drives; the preview is taken to be the
-        reference. Limits act wherever a drive would be negative: two antagonists never follow this law both.
+        Its inputs are [reference; measured] less the model's offset, its outputs drives; the preview equals
+        the reference. Limits act wherever a drive would be negative, so that antagonists follow it in part
+        only.
         """
         import control
 
@@ -214,11 +219,11 @@ class TunedPid:
                           clock.period_s)
 
     def age_limits(self) -> tuple[AgeLimit, ...]:
-        """Of `measured`."""
+        """Age limit of `measured`."""
         return (AgeLimit(port="measured", limit_ms=self.max_age_ms, since="newest", then="no stimulation"),)
 
     def init(self, context: Context) -> TunedPidState:
-        """At rest, coefficients for the context's clock."""
+        """State at rest, with the coefficients for the context's clock."""
         gain, allocation, nothing = static_gain(self.model), self.allocation(), np.zeros(self.model.outputs)
         period_s = period_ns(context) / NS_PER_S
         lags = [lag for _, lag in self.tuning(period_s)]
@@ -226,7 +231,7 @@ class TunedPid:
         ahead = np.array([round((lag.delay_s + lag.lag_s) / period_s) for lag in lags])
         if 0 < self.preview < ahead.max():
             raise InputError(f"{context.name}.preview", f"{self.preview} instants", f"{ahead.max()} or more",
-                             "what is asked must be known a delay and a lag before")
+                             "the reference must be known a delay and a lag before")
         return TunedPidState(
             self.gains(period_s), gain, np.minimum(allocation.reach(), 1.0), allocation.table(),
             Qp(mixing_hessian(gain), np.empty((0, self.model.inputs))), late,
@@ -263,7 +268,7 @@ class TunedPid:
 
     def _control(self, state: TunedPidState, reference: Array, asked: Array,
                  measured: Array) -> tuple[str, Array]:
-        """What went wrong, "" if nothing, and the drives (muscles,); `asked` is f."""
+        """Status, "" without trouble, and the drives (muscles,); `asked` is f."""
         kp, integral, pull, pole, rate = state.gains.T
         farthest = _FARTHEST * np.abs(state.gain) @ state.reach
         rest = self.model.offset
@@ -287,7 +292,7 @@ class TunedPid:
         return "", result.x
 
     def _expected(self, state: TunedPidState, asked: Array, measured: Array) -> Array:
-        """Where the feedforward should have brought the outputs by now; notes what is asked."""
+        """Expected response of the outputs to the feedforward; records the reference."""
         if not state.primed:
             state.asked[:], state.expected = measured, measured
         state.asked = np.vstack((asked, state.asked[:-1]))

@@ -1,9 +1,9 @@
 """PID gains from a patient's model by a stated rule.
 
-Each output is moved in each sense by its dominant way: the least drives, none below 0, that bring it to 1 rad
-at rest. (Ways along which nothing else moves may set agonists against antagonists; what those leave between
-them is no measure of how quick muscles are.) The step response along a way is fitted by a delay and one lag;
-a rule turns those, the loop's delay included, into gains. Of the two senses that of the lower gain counts.
+Each output has a dominant pattern of drives in each direction: the least drives, none below 0, that bring it
+to 1 rad in steady state. (Patterns that move no other output may set agonists against antagonists; their
+difference does not show the speed of the muscles.) The step response to a pattern is fitted by a delay and
+one lag; a rule computes gains from those and the loop's delay. The direction of the lower gain is used.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from fesloop.models.linear_model import LinearModel, zero_order_hold
 Array = NDArray[np.float64]
 RuleName = Literal["simc", "amigo"]
 _STEP_S, _LONGEST_S = 1e-3, 30.0
-"""Of the step responses; the hand is at rest after far less (chosen)."""
+"""Step and longest duration of the step responses; the hand is at rest after far less (chosen)."""
 _EARLY, _LATE = 1.0 - math.exp(-1.0 / 3.0), 1.0 - math.exp(-1.0)
 """Shares of the final value that a single lag reaches after a third of it and after all of it."""
 _MOVED_RAD = 0.05
-"""A channel that moves an output by less at full drive does not count as moving it (chosen: 3 deg)."""
+"""Least effect of a channel on an output at full drive for it to be used (chosen: 3 deg)."""
 
 
 class Lag(NamedTuple):
-    """gain exp(-delay_s s) / (lag_s s + 1)."""
+    """First-order lag with delay: gain exp(-delay_s s) / (lag_s s + 1)."""
 
     gain: float
     lag_s: float
@@ -38,7 +38,7 @@ class Lag(NamedTuple):
 
 
 class Gains(NamedTuple):
-    """kp (1 + 1 / (integral_s s) + derivative_s s) on the error."""
+    """PID gains: kp (1 + 1 / (integral_s s) + derivative_s s) on the error."""
 
     kp: float
     integral_s: float
@@ -46,39 +46,39 @@ class Gains(NamedTuple):
 
 
 class Tuning(NamedTuple):
-    """Gains, and the lag that they were made for, the loop's delay in it."""
+    """Gains, and the lag that they are computed from, with the loop's delay."""
 
     gains: Gains
     lag: Lag
 
 
 def static_gain(model: LinearModel) -> Array:
-    """-C A^-1 B, (outputs, muscles), rad per unit of drive.
+    """Static gain -C A^-1 B, (outputs, muscles), rad per unit of drive.
 
     Raises InputError where the model is not stable.
     """
     growth = float(np.linalg.eigvals(model.a).real.max())
     if not growth < 0.0:
-        raise InputError("model", f"a pole with real part {growth:.3g} 1/s: it never comes to rest",
+        raise InputError("model", f"a pole with real part {growth:.3g} 1/s: it is not stable",
                          "poles with a real part below 0", "identify it with another method or again")
     return np.asarray(-model.c @ np.linalg.solve(model.a, model.b))
 
 
-def way(gain: Array, sense: float) -> Array:
+def dominant_drives(gain: Array, sense: float) -> Array:
     """Drives (muscles,), none below 0, of least sum of squares that move an output by `sense` rad at rest.
 
-    `gain` (muscles,), of that output. All 0 where no drive moves it so.
+    `gain` (muscles,) is that output's. All are 0 where no drive moves it in this direction.
     """
     pulls = np.maximum(sense * gain, 0.0)
     return pulls / max(float(pulls @ pulls), 1e-300) if pulls.max() >= _MOVED_RAD else 0.0 * pulls
 
 
 def fitted_lag(model: LinearModel, drives: Array, output: int, sense: float) -> Lag:
-    """The step response of one output to `drives` (muscles,), times `sense`, as one lag behind a delay.
+    """One lag with delay fitted to the step response of an output to `drives` (muscles,), times `sense`.
 
-    From the instants at which it first passes 28.3 % and 63.2 % of its final value (Smith 1972, Digital
-    Computer Process Control, as in Seborg, Edgar and Mellichamp, Process Dynamics and Control, section 7.2):
-    exact for a response that is a lag behind a delay. Raises InputError for one that does not get there.
+    The fit uses the instants at which the response first passes 28.3 % and 63.2 % of its final value (Smith
+    1972, Digital Computer Process Control, as in Seborg, Edgar and Mellichamp, Process Dynamics and Control,
+    section 7.2): it is exact for a lag with delay. Raises InputError for a response that does not get there.
     """
     final = float(sense * (static_gain(model) @ drives)[output])
     a, b = zero_order_hold(model.a, model.b, _STEP_S)
@@ -93,14 +93,15 @@ def fitted_lag(model: LinearModel, drives: Array, output: int, sense: float) -> 
         if len(passed) == 2:
             lag_s = 1.5 * (passed[1] - passed[0])
             return Lag(final, lag_s, max(passed[1] - lag_s, 0.0) + model.delay_ns / NS_PER_S)
-    raise InputError("model", f"output {output} is not two thirds of the way after {_LONGEST_S:g} s",
-                     "a model that comes to rest sooner", "identify it again")
+    raise InputError("model", f"output {output} is below two thirds of its final value after "
+                     f"{_LONGEST_S:g} s",
+                     "a faster model", "identify it again")
 
 
 def simc(lag: Lag, closed_loop_s: float) -> Gains:
     """PI by Skogestad's rule (2003, doi 10.1016/S0959-1524(02)00062-8, equations 23 and 24).
 
-    `closed_loop_s`: time constant wanted of the closed loop; the delay itself is his choice for fast and
+    `closed_loop_s`: time constant of the closed loop; the delay itself is his choice for fast and
     robust control (gain margin about 3, phase margin 47 to 61 deg).
     """
     slowed = closed_loop_s + lag.delay_s
@@ -116,12 +117,12 @@ def amigo(lag: Lag) -> Gains:
 
 
 def tuned(model: LinearModel, rule: RuleName, *, extra_delay_s: float, closed_loop_s: float) -> list[Tuning]:
-    """Gains of each output; commands are rad that it should come to, turned into drives by the static gain.
+    """Gains of each output; commands are in rad and become drives by the inverse static gain.
 
     Parameters
     ----------
-    extra_delay_s: of the loop beyond the model's own: age of the samples, half a period of the hold.
-    closed_loop_s: of `simc`; 0: as long as the whole delay.
+    extra_delay_s: delay of the loop beyond the model's own: age of the samples, half a period of the hold.
+    closed_loop_s: time constant for `simc`; 0: as long as the whole delay.
 
     Raises InputError for an output that no drive moves.
     """
@@ -135,10 +136,10 @@ def tuned(model: LinearModel, rule: RuleName, *, extra_delay_s: float, closed_lo
 
 def _of_output(model: LinearModel, gain: Array, output: int, extra_delay_s: float,
                judged: Callable[[Lag], Gains]) -> Tuning:
-    """The lower gains of the two senses in which an output is moved."""
+    """Gains of an output: the lower of its two directions'."""
     found = []
     for sense in (1.0, -1.0):
-        drives = way(gain[output], sense)
+        drives = dominant_drives(gain[output], sense)
         if drives.any():
             lag = fitted_lag(model, drives, output, sense)
             lag = lag._replace(delay_s=lag.delay_s + extra_delay_s)

@@ -1,1 +1,1 @@
-"""Search for the elements of electrode arrays, and the charge, that bring about a movement."""
+"""Search for the elements of electrode arrays, and the charge, that produce a movement."""

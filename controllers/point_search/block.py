@@ -1,4 +1,4 @@
-"""`point_search`: finds elements and charge that bring about a movement, by asking the hand."""
+"""`point_search`: search for elements and charge that produce a movement, by test stimulation."""
 
 from __future__ import annotations
 
@@ -26,34 +26,36 @@ from fesloop.loop.signals import Port, Sample, Value
 
 Array = NDArray[np.float64]
 REPEATS = 2
-"""How often a query is asked anew whose response nobody saw (chosen)."""
+"""Repetitions of a query without an observed response (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointSearch:
-    """Asks the hand which elements of the arrays, at which current, bring about a movement.
+    """Search for the elements of the arrays, and the current, that produce a movement.
 
-    After a rest a query is given to the stimulator through channel 0, and the movement from the posture of
-    that rest, each the mean of what the tracker told while the hand was looked at, is judged
-    (`fesloop.hand.movements`). A strategy (`controllers.point_search.contract`) chooses the queries. When it
-    has no more of them the search has ended: status `search_ended` with what it recommends; no more pulses.
+    After a rest a query is stimulated through channel 0. The movement from the mean posture of that rest to
+    the mean posture under the query is rated (`fesloop.hand.movements`). A strategy
+    (`controllers.point_search.contract`) chooses the queries. When it has no more, the search has ended:
+    status `search_ended` with its recommendation, and no more pulses.
 
-    Inputs: `angles` (23,), rad, from a tracker; optional `angle_sd` (23,), rad: freedoms of which nothing is
-    known, pi, at rest or afterwards, count as not moved. Outputs: `stimulation` (1, 2), A and s;
-    `multiplexing` (1, elements), share of the current that each element has; `query`, number of the one
-    under way or last, from 0 on, -1 before; `phase`, of `controllers.point_search.state`; `quality`, of
-    the last response; `best_quality`, `best_stimulation` (2,), `best_multiplexing` (elements,): what the
-    strategy recommends, 0 before it recommends anything.
+    Inputs: `angles` (23,), rad, from a tracker; optional `angle_sd` (23,), rad: freedoms with an sd of pi
+    (unknown), at rest or afterwards, count as not moved. Outputs: `stimulation` (1, 2), A and s;
+    `multiplexing` (1, elements), share of the current that each element has; `query`, number of the
+    present or last one from 0, -1 before; `phase`, of `controllers.point_search.state`; `quality`, of
+    the last response; `best_quality`, `best_stimulation` (2,), `best_multiplexing` (elements,): the
+    strategy's recommendation, 0 before it has one.
 
-    Statuses: `search_ended`; `untracked`, with the freedoms; `bad_input` for angles not finite, which are
-    left out; `no_response` where no posture was told in time: the query is asked anew, and when that has
-    been in vain twice the search ends as `search_failed`.
+    Statuses: `search_ended`; `untracked`, with the freedoms; `bad_input` for angles that are not finite and
+    are ignored; `no_response` where no posture arrived in time: the query is repeated, and after two
+    repetitions without a posture the search ends as `search_failed`.
 
     Attributes
     ----------
-    movement: that is searched for.
-    strategy: by which; strategies: parameters of each.
-    space: where. timetable: how long all takes.
+    movement: movement that is searched for.
+    strategy: name of the strategy.
+    strategies: parameters of each strategy.
+    space: search space.
+    timetable: durations.
     """
 
     movement: MovementName = "finger_opening"
@@ -72,18 +74,18 @@ class PointSearch:
 
     @property
     def chosen(self) -> Strategy:
-        """The strategy."""
+        """Strategy in use."""
         return self.strategies.named(self.strategy)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """What the tracker tells."""
+        """`angles`, `angle_sd`."""
         each = (len(FREEDOMS),)
         return Port("angles", each, "rad"), Port("angle_sd", each, "rad", optional=True)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Pulses, where they go, how far the search is, and what it recommends."""
+        """Pulses, their elements, progress of the search, and the recommendation."""
         count = self.space.count
         return (Port("stimulation", (1, 2), "A,s"), Port("multiplexing", (1, count), "1"),
                 Port("query", (), "1", -1.0), Port("phase", (), "1"), Port("quality", (), "1"),
@@ -91,18 +93,18 @@ class PointSearch:
                 Port("best_multiplexing", (count,), "1"))
 
     def passages(self, context: Context) -> tuple[Passage, ...]:
-        """What is read counts when all that the query did is known."""
+        """Inputs have an effect once the query is over."""
         return (Passage(inputs=("angles", "angle_sd"), later="once its query is over"),)
 
     def init(self, context: Context) -> PointSearchState:
-        """Nothing asked yet."""
+        """State before the first query."""
         key = stream_key(context.seed, f"{context.name}/search", context.trial)
         begin_ns = duration_ns(self.timetable.begin_s, NS_PER_S, "timetable.begin_s")
         look = Look(np.zeros(len(FREEDOMS)), np.zeros(len(FREEDOMS)))
         return PointSearchState(self.chosen.start(self.space, key), look, begin_ns)
 
     def step(self, state: PointSearchState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Look at the hand, go on where a phase is over, stimulate."""
+        """Observe the hand, change the phase where one is over, stimulate."""
         if state.phase in (BASELINE, MEASURE):
             self._look(state, inputs, tick)
         while state.phase != ENDED and tick.time_ns >= state.until_ns:
@@ -110,11 +112,11 @@ class PointSearch:
         return self._outputs(state, tick.time_ns)
 
     def _look(self, state: PointSearchState, inputs: Sequence[Sample], tick: Tick) -> None:
-        """Take in the posture of now."""
+        """Record the present posture."""
         angles, sd = (cast(Array, sample.value) for sample in inputs)
         arrived_ns = inputs[0].arrived_ns
         sound = is_finite(angles)
-        state.latch.put(tick, "bad_input", arrived_ns >= 0 and not sound, "angles are not finite: left out")
+        state.latch.put(tick, "bad_input", arrived_ns >= 0 and not sound, "angles are not finite: ignored")
         unseen = sd >= math.pi
         names = ", ".join(name for name, hidden in zip(FREEDOMS, unseen, strict=True) if hidden)
         state.latch.put(tick, "untracked", bool(names), f"{names}: count as not moved")
@@ -122,7 +124,7 @@ class PointSearch:
             state.look.take(angles, unseen, arrived_ns)
 
     def _go_on(self, state: PointSearchState, tick: Tick) -> None:
-        """From the phase that is over to the next."""
+        """Change to the next phase."""
         if state.phase == BASELINE:
             state.rest = state.look.end()
         if state.phase == MEASURE:
@@ -134,14 +136,15 @@ class PointSearch:
             self._enter(state, self.timetable.after(state.phase, state.query), tick)
 
     def _hear(self, state: PointSearchState, tick: Tick) -> None:
-        """Tell the strategy what the hand made of the query, and ask the next."""
+        """Give the strategy the response to the query, and ask it for the next."""
         assert state.query is not None
         posture = state.look.end()
         if posture is None or state.rest is None:
-            tick.report("no_response", f"query {state.number}: no posture was told in time")
+            tick.report("no_response", f"query {state.number}: no posture arrived in time")
             state.repeats += 1
             if state.repeats > REPEATS:
-                self._end(state, tick, "search_failed", f"query {state.number} was put {state.repeats} times")
+                self._end(state, tick, "search_failed",
+                      f"query {state.number} was stimulated {state.repeats} times")
             else:
                 self._enter(state, self.timetable.first(state.query), tick)
             return
@@ -152,7 +155,7 @@ class PointSearch:
         self._ask(state, tick)
 
     def _ask(self, state: PointSearchState, tick: Tick) -> None:
-        """The next query, or the end."""
+        """Start the next query, or end the search."""
         query = self.chosen.ask(state.strategy)
         if query is None:
             self._end(state, tick, "search_ended", _in_words(state))
@@ -195,9 +198,9 @@ def _pulse(query: Query, share: float) -> Array:
 
 
 def _in_words(state: PointSearchState) -> str:
-    """What the search has found."""
+    """Text of the search's result."""
     if state.best is None:
-        return "nothing was asked"
+        return "there was no query"
     query, quality = state.best
     elements = "+".join(map(str, query.elements))
     return (f"element {elements} at {query.current_ma:g} mA, {query.width_us:g} us: "

@@ -1,12 +1,12 @@
-"""The contract of a point search: what is asked of the patient, what is told, and who asks.
+"""Contract between a point search and its strategies: queries, responses, recommendation.
 
     state = strategy.start(space, key)
     while (query := strategy.ask(state)) is not None:
         strategy.tell(state, query, response of the hand to the query)
     strategy.recommend(state)
 
-A strategy is a frozen dataclass of parameters; all that it remembers is in the state, which pickles. `ask`
-changes nothing, so that the same state always asks the same, and after the last query it gives None.
+A strategy is a frozen dataclass of parameters; its memory is in the state, which can be pickled. `ask` does
+not change the state, so that equal states give equal queries; after the last query it returns None.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Query:
-    """A virtual electrode and what goes through it.
+    """Virtual electrode and its pulses.
 
     Attributes
     ----------
     elements: numbers of the elements that share the current equally, ascending.
-    current_ma, width_us: of its pulses.
-    rested: whether the hand rests beforehand; if not, this follows the query before it at once.
-    stair: whether it is one stair of a staircase, judged while the hand still moves, or a level that is held
+    current_ma, width_us: current and width of its pulses.
+    rested: whether the hand rests before it; if not, it follows the query before at once.
+    stair: whether it is one stair of a staircase, rated while the hand still moves, or a level that is held
         until the hand has settled.
     """
 
@@ -43,42 +43,43 @@ class Query:
 
 
 class Response(NamedTuple):
-    """What the hand made of a query by the tracker: quality, and the movement from rest, (23,), rad."""
+    """Response to a query by the tracker: its quality, and the movement from rest, (23,), rad."""
 
     quality: float
     movement: Array
 
 
 class Found(NamedTuple):
-    """The query that a strategy recommends, and the quality that it expects of it."""
+    """Recommended query, and its expected quality."""
 
     query: Query
     quality: float
 
 
 class Strategy(Protocol):
-    """Who asks."""
+    """Strategy of a point search."""
 
     def start(self, space: SearchSpace, key: int) -> Any:
-        """A new state; `key` is all the randomness that there is."""
+        """A new state; all randomness follows from `key`."""
 
     def ask(self, state: Any) -> Query | None:
         """The next query; None when the search has ended."""
 
     def tell(self, state: Any, query: Query, response: Response) -> None:
-        """Take in the response to the query that was asked."""
+        """Record the response to the last query."""
 
     def recommend(self, state: Any) -> Found | None:
-        """What is recommended by what has been told; None before anything has been."""
+        """Recommendation from the responses so far; None without any."""
 
 
 @dataclass(slots=True, eq=False)
 class History:
-    """State of a strategy that needs no more than what it has been told.
+    """State of a strategy that needs the responses alone.
 
     Attributes
     ----------
-    space: where it searches. key: of its randomness.
+    space: search space.
+    key: key of its randomness.
     told: queries with their responses, in order.
     """
 

@@ -1,4 +1,4 @@
-"""Strategies that do not learn: everything in turn, a list, and at random."""
+"""Strategies that do not learn: all candidates in order, a list, and random order."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def candidates(space: SearchSpace) -> list[Query]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exhaustive:
-    """Every virtual electrode at every current, once: the yardstick of what there is to be found."""
+    """Every virtual electrode at every current, once: the reference for other strategies."""
 
     def start(self, space: SearchSpace, key: int) -> History:
-        """Nothing told yet."""
+        """State without responses."""
         return History(space, key, [])
 
     def ask(self, state: History) -> Query | None:
-        """The next in turn."""
+        """Next candidate in order."""
         turn, space = len(state.told), state.space
         electrode, level = divmod(turn, len(space.currents_ma))
         if electrode >= len(space.electrodes):
@@ -35,21 +35,22 @@ class Exhaustive:
                      width_us=space.width_us)
 
     def tell(self, state: History, query: Query, response: Response) -> None:
-        """Keep it."""
+        """Record the response."""
         state.told.append((query, response))
 
     def recommend(self, state: History) -> Found | None:
-        """The best measured."""
+        """Query of the best measured quality."""
         return best_told(state.told)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Listed:
-    """Queries that are known beforehand, in turn, such as those that another search has ended with.
+    """Given queries in order, such as the recommendations of other searches.
 
     Attributes
     ----------
-    elements: of each query. current_ma: of each.
+    elements: elements of each query.
+    current_ma: current of each query.
     """
 
     elements: tuple[tuple[int, ...], ...] = ()
@@ -61,7 +62,7 @@ class Listed:
                              "equally many")
 
     def start(self, space: SearchSpace, key: int) -> History:
-        """Nothing told yet. Raises InputError for a query that is not in the space."""
+        """State without responses. Raises InputError for a query that is not in the space."""
         for electrode, current in zip(self.elements, self.current_ma, strict=True):
             if not electrode or not set(space.usable).issuperset(electrode) or (
                     len(set(electrode)) < len(electrode)):
@@ -71,7 +72,7 @@ class Listed:
         return History(space, key, [])
 
     def ask(self, state: History) -> Query | None:
-        """The next of the list."""
+        """Next query of the list."""
         turn = len(state.told)
         if turn >= len(self.elements):
             return None
@@ -79,21 +80,21 @@ class Listed:
                      width_us=state.space.width_us)
 
     def tell(self, state: History, query: Query, response: Response) -> None:
-        """Keep it."""
+        """Record the response."""
         state.told.append((query, response))
 
     def recommend(self, state: History) -> Found | None:
-        """The best measured."""
+        """Query of the best measured quality."""
         return best_told(state.told)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Random:
-    """Candidates of the exhaustive search in random order, none twice: what any method must beat.
+    """Candidates of the exhaustive search in random order, none twice: a baseline for any method.
 
     Attributes
     ----------
-    queries: how many; fewer where there are not as many.
+    queries: number of queries, limited by the number of candidates.
     """
 
     queries: int = 100
@@ -103,11 +104,11 @@ class Random:
             raise InputError("random.queries", f"{self.queries}", "1 or more")
 
     def start(self, space: SearchSpace, key: int) -> History:
-        """Nothing told yet."""
+        """State without responses."""
         return History(space, key, [])
 
     def ask(self, state: History) -> Query | None:
-        """The next of the order that the key draws."""
+        """Next candidate of the random order."""
         turn, every = len(state.told), candidates(state.space)
         if turn >= min(self.queries, len(every)):
             return None
@@ -115,9 +116,9 @@ class Random:
         return every[int(order[turn])]
 
     def tell(self, state: History, query: Query, response: Response) -> None:
-        """Keep it."""
+        """Record the response."""
         state.told.append((query, response))
 
     def recommend(self, state: History) -> Found | None:
-        """The best measured."""
+        """Query of the best measured quality."""
         return best_told(state.told)

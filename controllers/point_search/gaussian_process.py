@@ -21,13 +21,15 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True, eq=False)
 class GaussianProcessState:
-    """What has been told of which candidates.
+    """Candidates and the responses to them.
 
     Attributes
     ----------
-    queries: all candidates. points: (n, 5), between which 1 is the distance over which quality changes.
-    expected: (n,), m. These are never written to.
-    asked: numbers of the candidates asked, in order. quality: of each.
+    queries: all candidates, constant.
+    points: (n, 5), their places, scaled so that quality changes over a distance of 1; constant.
+    expected: (n,), prior mean m; constant.
+    asked: indices of the queries so far, in order.
+    quality: quality of each.
     """
 
     queries: list[Query]
@@ -39,7 +41,7 @@ class GaussianProcessState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GaussianProcess:
-    """Asks where quality is expected to be high or is not known yet, and learns from neighbours.
+    """Queries where quality is expected to be high or uncertain, by a model that generalises to neighbours.
 
     Quality of a query x = (place on the forearm, current i, number n of elements) is
 
@@ -47,23 +49,24 @@ class GaussianProcess:
         cov(g(x), g(x')) = spread^2 (1 + r + r^2 / 3) exp(-r),    r = sqrt(5) d    (Matern, nu = 5/2)
         d^2 = (|place - place'| / place_mm)^2 + ((i - i') / current_ma)^2 + ((n - n') / elements)^2
 
-    with z from 0 to 1, near where anatomy lets the movement be expected (`prior_zones`).
-    The next query is the candidate, not yet asked, with the greatest
+    with z from 0 to 1, high where anatomy suggests the movement (`prior_zones`).
+    The next query is the new candidate with the greatest
 
         ucb:  mu + kappa sd
-        ei:   (mu - best) Phi(u) + sd phi(u),  u = (mu - best) / sd,  best = greatest mu of those asked
+        ei:   (mu - best) Phi(u) + sd phi(u),  u = (mu - best) / sd,  best = greatest mu of the queries so far
 
-    It recommends the query among those asked with the greatest mu, which noise sways less than the greatest
-    measurement, and ends when for `patience` queries this has not become better by `least_gain`, or after
-    `queries`. Its numbers are chosen on patients other than those on whom it is shown.
+    It recommends the query so far with the greatest mu, on which noise has less influence than on the
+    greatest measurement. It ends when this has not improved by `least_gain` for `patience` queries, or after
+    `queries`. Its numbers are chosen on other patients than those on whom it is demonstrated.
 
     Attributes
     ----------
-    acquisition, kappa: see above.
-    zone_height: quality expected in a zone's middle at the greatest current; 0: anatomy is not asked.
-    spread, noise: standard deviations of quality about what is expected, and of its measurement.
-    place_mm, current_ma, elements: over which distance, current and number of elements quality changes.
-    queries: at most. patience, least_gain: see above.
+    acquisition, kappa: "ucb" or "ei", and the weight of the sd in "ucb".
+    zone_height: expected quality in a zone's middle at the greatest current; 0: no use of anatomy.
+    spread, noise: standard deviations of quality about its prior mean, and of its measurement.
+    place_mm, current_ma, elements: distance, current and number of elements over which quality changes.
+    queries: greatest number of queries.
+    patience, least_gain: queries without an improvement by `least_gain` after which the search ends.
     """
 
     acquisition: Literal["ucb", "ei"] = "ucb"
@@ -94,7 +97,7 @@ class GaussianProcess:
                 raise InputError(f"gaussian_process.{key}", f"{getattr(self, key)}", "1 or more")
 
     def start(self, space: SearchSpace, key: int) -> GaussianProcessState:
-        """Nothing told yet. Raises InputError where scikit-learn is missing."""
+        """State without responses. Raises InputError where scikit-learn is missing."""
         _scikit_learn()
         queries = candidates(space)
         positions = np.array([space.position(query.elements) for query in queries])
@@ -107,7 +110,7 @@ class GaussianProcess:
             queries, points, self.zone_height * near * current_ma / space.current_max_ma)
 
     def ask(self, state: GaussianProcessState) -> Query | None:
-        """The candidate that promises most."""
+        """Candidate with the greatest acquisition value."""
         left = np.setdiff1d(np.arange(len(state.queries)), state.asked)
         if not left.size or len(state.asked) >= self.queries:
             return None
@@ -125,19 +128,19 @@ class GaussianProcess:
         return state.queries[int(left[np.argmax(promise)])]
 
     def tell(self, state: GaussianProcessState, query: Query, response: Response) -> None:
-        """Keep it."""
+        """Record the response."""
         state.asked.append(state.queries.index(query))
         state.quality.append(response.quality)
 
     def recommend(self, state: GaussianProcessState) -> Found | None:
-        """The query asked of which most is expected now."""
+        """Query so far with the greatest expected quality."""
         if not state.asked:
             return None
         known = self._foresee(state)[0][state.asked]
         return Found(state.queries[state.asked[int(np.argmax(known))]], float(known.max()))
 
     def _foresee(self, state: GaussianProcessState) -> tuple[Array, Array]:
-        """Mean and standard deviation of the quality of all candidates by what has been told, (n,) each."""
+        """Posterior mean and standard deviation of the quality of all candidates, (n,) each."""
         learn, kernels = _scikit_learn()
         kernel = kernels.ConstantKernel(self.spread**2, "fixed") * kernels.Matern(1.0, "fixed", nu=2.5)
         process = learn.GaussianProcessRegressor(kernel, alpha=self.noise**2, optimizer=None)
@@ -147,7 +150,7 @@ class GaussianProcess:
 
 
 def expected_improvement(mean: Array, sd: Array, best: float) -> Array:
-    """By how much normal variables (n,) exceed `best` on average, counted where they do."""
+    """Expected improvement of normal variables (n,) over `best`."""
     u = (mean - best) / np.maximum(sd, 1e-12)
     below = 0.5 * (1.0 + np.array([erf(value / sqrt(2.0)) for value in u]))
     improvement: Array = (mean - best) * below + sd * np.exp(-0.5 * u * u) / sqrt(2.0 * pi)
@@ -155,7 +158,7 @@ def expected_improvement(mean: Array, sd: Array, best: float) -> Array:
 
 
 def _scikit_learn() -> tuple[Any, Any]:
-    """Its Gaussian processes and their kernels. Raises InputError where it is missing."""
+    """Gaussian processes and kernels of scikit-learn. Raises InputError where it is missing."""
     try:
         return (importlib.import_module("sklearn.gaussian_process"),
                 importlib.import_module("sklearn.gaussian_process.kernels"))

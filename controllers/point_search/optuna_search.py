@@ -1,4 +1,4 @@
-"""Optuna's samplers behind the contract of a point search."""
+"""Optuna's samplers as a strategy of a point search."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ from fesloop.errors import InputError
 SamplerName = Literal["tpe", "random", "cmaes", "qmc"]
 _SAMPLERS = {"tpe": "TPESampler", "random": "RandomSampler", "cmaes": "CmaEsSampler", "qmc": "QMCSampler"}
 _GOES_ON = ("cmaes", "qmc")
-"""Samplers that go on from what they noted in the study at the trials before."""
+"""Samplers that continue from their own notes in the study."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OptunaSearch:
-    """A sampler chooses a place on the forearm, how many elements, and a level of current.
+    """Search by a sampler over the place on the forearm, the number of elements, and the current.
 
-    The virtual electrode whose middle is nearest to the place is asked. The study is built anew from what has
-    been told at every query, so that nothing but the history is remembered: with a seed of the query's own,
-    or, for "cmaes" and "qmc", by asking for all trials before again and telling what came of them.
+    The query is the virtual electrode whose middle is nearest to the place. The study is rebuilt from the
+    responses at every query, so that the history is the only state: with a seed for each query, or, for
+    "cmaes" and "qmc", by replaying all trials.
 
     Attributes
     ----------
-    sampler: of Optuna; "cmaes" needs the package of that name. queries: how many. first: of them at random,
-        of "tpe" alone.
+    sampler: sampler of Optuna; "cmaes" needs the package of that name.
+    queries: number of queries.
+    first: number of random queries at the start, for "tpe" alone.
     """
 
     sampler: SamplerName = "tpe"
@@ -46,7 +47,7 @@ class OptunaSearch:
                 raise InputError(f"optuna.{key}", f"{getattr(self, key)}", "1 or more")
 
     def start(self, space: SearchSpace, key: int) -> History:
-        """Nothing told yet. Raises InputError where Optuna, or what its sampler needs, is missing."""
+        """State without responses. Raises InputError where Optuna, or what its sampler needs, is missing."""
         _optuna()
         if self.sampler == "cmaes" and importlib.util.find_spec("cmaes") is None:
             raise InputError("optuna.sampler", "'cmaes' needs the package cmaes, which is not installed",
@@ -54,7 +55,7 @@ class OptunaSearch:
         return History(space, key, [])
 
     def ask(self, state: History) -> Query | None:
-        """The candidate nearest to what the sampler suggests."""
+        """Candidate nearest to the sampler's suggestion."""
         if len(state.told) >= self.queries:
             return None
         optuna, space = _optuna(), state.space
@@ -74,11 +75,11 @@ class OptunaSearch:
                      width_us=space.width_us)
 
     def tell(self, state: History, query: Query, response: Response) -> None:
-        """Keep it."""
+        """Record the response."""
         state.told.append((query, response))
 
     def recommend(self, state: History) -> Found | None:
-        """The best measured."""
+        """Query of the best measured quality."""
         return best_told(state.told)
 
     def _sampler(self, state: History) -> Any:
@@ -92,7 +93,7 @@ class OptunaSearch:
 
 
 def _ranges(optuna: Any, space: SearchSpace) -> dict[str, Any]:
-    """What is suggested: a place, mm, number of elements, and level of current."""
+    """Ranges of the suggestions: place, mm, number of elements, and level of current."""
     positions = np.array([space.position(electrode) for electrode in space.electrodes])
     real, whole = optuna.distributions.FloatDistribution, optuna.distributions.IntDistribution
     places = {name: real(float(column.min()), float(column.max()))
@@ -102,20 +103,20 @@ def _ranges(optuna: Any, space: SearchSpace) -> dict[str, Any]:
 
 
 def _parameters(space: SearchSpace, query: Query) -> dict[str, Any]:
-    """What would have suggested a query."""
+    """Suggestion that corresponds to a query."""
     across, up, along = space.position(query.elements).tolist()
     return {"across": across, "up": up, "along": along, "elements": len(query.elements),
             "level": space.currents_ma.index(query.current_ma)}
 
 
 def _nearest(space: SearchSpace, place: np.ndarray[Any, Any], elements: int) -> Electrode:
-    """The virtual electrode of so many elements with its middle nearest to a place."""
+    """Virtual electrode of a number of elements with its middle nearest to a place."""
     alike = [electrode for electrode in space.electrodes if len(electrode) == elements]
     return min(alike, key=lambda electrode: float(np.square(space.position(electrode) - place).sum()))
 
 
 def _optuna() -> Any:
-    """The package. Raises InputError where it is missing."""
+    """The package Optuna. Raises InputError where it is missing."""
     try:
         return importlib.import_module("optuna")
     except ImportError:

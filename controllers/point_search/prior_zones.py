@@ -1,4 +1,4 @@
-"""Where on the forearm anatomy lets a movement be expected, before anything has been asked."""
+"""Zones of the forearm where anatomy suggests a movement."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Zone:
-    """A place on the forearm's skin, and how far about it.
+    """Zone on the forearm's skin.
 
     Attributes
     ----------
-    around_deg: from the dorsal mid-line towards the radial side. along_mm: from the elbow.
+    around_deg: angle from the dorsal mid-line towards the radial side.
+    along_mm: distance from the elbow.
     radius_mm: distance at which the expectation has fallen to exp(-1/2).
     """
 
@@ -34,8 +35,8 @@ class Zone:
             raise InputError("zone.radius_mm", f"{self.radius_mm}", "a finite radius above 0")
 
 
-# Middles of the motor points of the muscles behind each movement, for an adult's forearm; the radius is
-# chosen to cover what patients and days shift them by.
+# Middles of the motor points of each movement's muscles, for an adult's forearm; the radius is
+# chosen to cover their variation between patients and days.
 ZONES: dict[str, tuple[Zone, ...]] = {
     "wrist_extension": (Zone(around_deg=46.0, along_mm=68.0),),  # ECRL, ECRB
     "finger_opening": (Zone(around_deg=3.0, along_mm=95.0),),  # EDC
@@ -45,7 +46,7 @@ ZONES: dict[str, tuple[Zone, ...]] = {
 
 
 def expectation(zones: tuple[Zone, ...], positions: Array, radius_mm: float) -> Array:
-    """From 0 far from all zones to 1 in the middle of one, of positions (n, 3), mm, on a forearm."""
+    """Expectation, from 0 far from all zones to 1 in the middle of one, at positions (n, 3), mm."""
     expected = np.zeros(len(positions))
     for zone in zones:
         turn = np.radians(zone.around_deg)

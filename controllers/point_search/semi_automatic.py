@@ -1,4 +1,4 @@
-"""The semi-automatic search of doi 10.1186/s12984-018-0460-1, its therapist simulated."""
+"""Semi-automatic search of doi 10.1186/s12984-018-0460-1 with a simulated therapist."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from fesloop.hand.movements import FREEDOMS
 
 @dataclass(slots=True, eq=False)
 class SemiAutomaticState:
-    """Where the virtual electrode stands.
+    """State of the search.
 
     Attributes
     ----------
-    space: where it moves.
-    electrode: under it; None when the therapist is content.
-    current_ma: that feedback has come to. steps: how often it has changed it here.
-    held: whether feedback is content, so that the hand is judged next.
-    begun: whether anything has been asked.
-    found: what each electrode was judged at, in order.
+    space: search space.
+    electrode: present element; None when the search is over.
+    current_ma: present current of the feedback.
+    steps: number of its changes at this element.
+    held: whether the feedback has reached its band, so that the hand is rated next.
+    begun: whether there has been a query.
+    found: rated query and quality of each element, in order.
     """
 
     space: SearchSpace
@@ -41,15 +42,17 @@ class SemiAutomaticState:
 class SemiAutomatic:
     """A virtual electrode is moved from element to element while feedback holds the wrist extended.
 
-    Stimulation goes on throughout. At each place stairs of current bring one freedom's movement into a
-    band; then the hand is judged as it is held. The therapist begins where anatomy lets the movement be
-    expected and goes to a neighbour of the best place so far that has not been tried, while there is one.
+    Stimulation never pauses. At each place stairs of current bring one freedom's movement into a band; then
+    the held hand is rated. The therapist begins where anatomy suggests the movement and goes to an untried
+    neighbour of the best place so far, while there is one.
 
     Attributes
     ----------
-    freedom: under feedback. target_deg, tolerance_deg: its movement from rest, and the band's half width (the
-        source: 15 +- 5 deg of wrist extension; for flexors choose another freedom).
-    step_ma: of a stair (chosen). stairs: at most, at each place (chosen).
+    freedom: freedom under feedback.
+    target_deg, tolerance_deg: its movement from rest, and the band's half width (the source: 15 +- 5 deg of
+        wrist extension; for flexors choose another freedom).
+    step_ma: height of a stair (chosen).
+    stairs: greatest number of stairs at each place (chosen).
     """
 
     freedom: str = "wrist_flexion"
@@ -70,27 +73,27 @@ class SemiAutomatic:
             raise InputError("semi_automatic.stairs", f"{self.stairs}", "1 or more")
 
     def start(self, space: SearchSpace, key: int) -> SemiAutomaticState:
-        """Above the muscle, at the lowest current."""
+        """State above the muscle, at the lowest current."""
         alone: list[Electrode] = [(element,) for element in space.usable]
         positions = np.array([space.position(electrode) for electrode in alone])
         first = alone[int(np.argmax(expectation(space.zones, positions, space.radius_mm)))]
         return SemiAutomaticState(space, first, min(self.step_ma, space.current_max_ma))
 
     def ask(self, state: SemiAutomaticState) -> Query | None:
-        """A stair of the feedback, or the level that it has come to."""
+        """Stair of the feedback, or its final level."""
         if state.electrode is None:
             return None
         return Query(elements=state.electrode, current_ma=state.current_ma, width_us=state.space.width_us,
                      rested=not state.begun, stair=not state.held)
 
     def tell(self, state: SemiAutomaticState, query: Query, response: Response) -> None:
-        """Change the current, or move on once the hand was judged."""
+        """Change the current, or the place once the hand was rated."""
         state.begun = True
         if state.held:
             state.found[query.elements] = Found(query, response.quality)
             state.electrode, state.steps, state.held = self._next(state), 0, False
             return
-        # Towards the target is positive, whatever the freedom's sign.
+        # Movement towards the target is positive, whatever the freedom's sign.
         sign = 1.0 if self.target_deg > 0.0 else -1.0
         short = sign * (self.target_deg - degrees(response.movement[FREEDOMS.index(self.freedom)]))
         lowest, highest = min(self.step_ma, state.space.current_max_ma), state.space.current_max_ma
@@ -103,7 +106,7 @@ class SemiAutomatic:
             state.current_ma = limited
 
     def _next(self, state: SemiAutomaticState) -> Electrode | None:
-        """A neighbour of the best place that has not been tried."""
+        """Untried neighbour of the best place."""
         best = max(state.found.values(), key=lambda found: found.quality).query.elements[0]
         for one, other in state.space.neighbours():
             if best in (one, other):
@@ -113,5 +116,5 @@ class SemiAutomatic:
         return None
 
     def recommend(self, state: SemiAutomaticState) -> Found | None:
-        """The best level that was held."""
+        """Best rated level."""
         return max(state.found.values(), key=lambda found: found.quality, default=None)

@@ -1,4 +1,4 @@
-"""Where a point search looks: elements of arrays on a forearm, virtual electrodes of them, and currents."""
+"""Search space: elements of arrays on a forearm, virtual electrodes of them, and currents."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ Electrode = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArrayLayout:
-    """A grid of elements as whoever puts it on sees it.
+    """Grid of elements of an array, seen from outside.
 
     Elements are numbered along the forearm first: element r * columns + c is in row r, counted towards the
     radial side, and column c, counted from the elbow.
 
     Attributes
     ----------
-    rows, columns: around the forearm and along it.
-    pitch_mm: from row to row and from column to column, on the skin.
-    centre_deg, centre_mm: of the grid: around, from the dorsal mid-line towards the radial side, and along,
-        from the elbow.
+    rows, columns: numbers around the forearm and along it.
+    pitch_mm: distances from row to row and from column to column, on the skin.
+    centre_deg, centre_mm: centre of the grid: angle from the dorsal mid-line towards the radial side, and
+        distance from the elbow.
     """
 
     rows: int
@@ -53,7 +53,7 @@ class ArrayLayout:
         return self.rows * self.columns
 
     def places(self, radius_mm: float) -> Array:
-        """Of each element, around the forearm and along it, mm, (elements, 2)."""
+        """Position of each element around the forearm and along it, mm, (elements, 2)."""
         row, column = np.divmod(np.arange(self.elements), self.columns)
         around = np.radians(self.centre_deg) * radius_mm + (row - 0.5 * (self.rows - 1)) * self.pitch_mm[0]
         along = self.centre_mm + (column - 0.5 * (self.columns - 1)) * self.pitch_mm[1]
@@ -72,22 +72,22 @@ VOLAR = ArrayLayout(rows=4, columns=6, centre_deg=175.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchSpace:
-    """All that a strategy may ask: elements alone or some together, up to a current that is tolerated.
+    """Candidates of a search: elements alone or together, up to the tolerated current.
 
-    Where the arrays lie is known as they were put on, on a forearm of about this radius; by how much they
-    are off on the day, and where this patient's nerves are, is not.
+    The nominal positions of the arrays on a forearm of about this radius are known; their displacement on the
+    day, and the positions of the patient's nerves, are not.
 
     Attributes
     ----------
-    layouts: of the arrays, elements numbered through in this order.
-    radius_mm: of the forearm.
-    currents_ma: levels of strategies that choose among levels, strictly increasing; no query of any strategy
-        has more than the last. Of a query, not of an element.
+    layouts: layouts of the arrays; elements are numbered consecutively in this order.
+    radius_mm: radius of the forearm.
+    currents_ma: levels of a query's total current for strategies that choose among levels, strictly
+        increasing; the last is the limit of all strategies.
     width_us: pulse width of every query.
-    pairs: whether two elements side by side make a virtual electrode, besides each element alone.
-    most_elements: of a virtual electrode.
-    elements: numbers of those that may be used; empty: all.
-    zones: where anatomy lets the movement be expected; empty: `point_search` puts in those of its movement.
+    pairs: whether two adjacent elements form a virtual electrode, besides each element alone.
+    most_elements: greatest number of elements of a virtual electrode.
+    elements: numbers of the elements that may be used; empty: all.
+    zones: zones where anatomy suggests the movement; empty: those of `point_search`'s movement.
     """
 
     layouts: tuple[ArrayLayout, ...] = (DORSAL, VOLAR)
@@ -123,7 +123,7 @@ class SearchSpace:
 
     @property
     def count(self) -> int:
-        """Elements of all arrays, used or not."""
+        """Number of elements of all arrays, used or not."""
         return sum(layout.elements for layout in self.layouts)
 
     @property
@@ -133,7 +133,7 @@ class SearchSpace:
 
     @property
     def current_max_ma(self) -> float:
-        """What no query exceeds."""
+        """Greatest current of a query."""
         return self.currents_ma[-1]
 
     def neighbours(self) -> list[tuple[int, int]]:
@@ -145,23 +145,23 @@ class SearchSpace:
         return [pair for pair in pairs if usable.issuperset(pair)]
 
     def position(self, electrode: Electrode) -> Array:
-        """Middle of a virtual electrode, mm, (3,): across the forearm twice, and along it."""
+        """Middle of a virtual electrode, mm, (3,): two coordinates across the forearm, one along it."""
         middle: Array = self._positions[list(electrode)].mean(axis=0)
         return middle
 
     def _on_the_cylinder(self) -> Array:
-        """Positions of all elements, (elements, 3), so that what is close on the skin is close here."""
+        """Positions of all elements on the forearm's surface, (elements, 3), mm."""
         places = np.concatenate([layout.places(self.radius_mm) for layout in self.layouts])
         turn = places[:, 0] / self.radius_mm
         return np.stack([self.radius_mm * np.cos(turn), self.radius_mm * np.sin(turn), places[:, 1]], axis=-1)
 
     def _virtual_electrodes(self) -> list[Electrode]:
-        """Each element, then each two side by side."""
+        """Each element, then each adjacent pair."""
         single: list[Electrode] = [(element,) for element in self.usable]
         return single + (list(self.neighbours()) if self.pairs and self.most_elements > 1 else [])
 
 
 def joined(electrodes: tuple[Electrode, ...], most: int) -> list[Electrode]:
-    """Unions of two of some virtual electrodes, each once, of `most` elements at most."""
+    """Unions of two virtual electrodes, each once, with at most `most` elements."""
     unions = [tuple(sorted({*one, *other})) for one, other in combinations(electrodes, 2)]
     return [union for union in dict.fromkeys(unions) if len(union) <= most and union not in electrodes]

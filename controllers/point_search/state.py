@@ -1,4 +1,4 @@
-"""What a point search remembers between ticks."""
+"""State and timetable of a point search."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER
 
 BEGIN, REST, BASELINE, RAMP, SETTLE, MEASURE, ENDED = range(7)
-"""Phases: before anything; between queries; the last of a rest, in which the hand is looked at; the charge
-rises; the hand moves; it is looked at again; the search is over."""
+"""Phases: before the search; rest; observation at the end of a rest; rising charge; movement; observation
+under the query; after the search."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timetable:
-    """How long each phase of a query lasts, s; the loop rounds each up to ticks of the block.
+    """Durations of the phases of a query, s; each is rounded up to ticks of the block.
 
-    A query that is held: rest, ramp, settle, measure; without rest, no ramp. A stair: the first half of it
-    settle, the second measure, rested only if it begins a staircase.
+    The phases of a held query are rest, ramp, settle, measure; without rest there is no ramp. Those of a
+    stair are settle and measure, half of it each, after a rest only if it begins a staircase.
 
     Attributes
     ----------
-    begin_s: before the first rest (chosen: sensors are put on; trackers that need a pose get it here).
-    rest_s: between queries, the look at the resting hand included (doi 10.1186/s12984-018-0460-1).
-    ramp_s: in which the pulse width rises from half to all of it (chosen: not a jolt).
-    settle_s: from then until the hand is looked at (chosen: 95 % of a wrist's movement).
-    measure_s: for how long it is looked at, at rest and at the end of a query (chosen: 8 ticks at 40 Hz).
-    stair_s: of a staircase (the same source).
+    begin_s: time before the first rest (chosen: for putting on sensors and initial poses of trackers).
+    rest_s: rest between queries, with the observation of the resting hand (doi 10.1186/s12984-018-0460-1).
+    ramp_s: rise of the pulse width from half to all of it (chosen: without a jolt).
+    settle_s: time from then until the observation (chosen: 95 % of a wrist's movement).
+    measure_s: duration of an observation, at rest and at the end of a query (chosen: 8 ticks at 40 Hz).
+    stair_s: duration of a stair (the same source).
     """
 
     begin_s: float = 2.0
@@ -54,17 +54,17 @@ class Timetable:
                              f"at least measure_s, {self.measure_s:g}")
 
     def after(self, phase: int, query: Query) -> int:
-        """The phase that follows one in which `query` is under way."""
+        """Phase after one of `query`."""
         if phase == BASELINE and query.stair:
             return SETTLE
         return phase + 1
 
     def first(self, query: Query) -> int:
-        """The phase that a query begins with."""
+        """First phase of a query."""
         return REST if query.rested else SETTLE
 
     def lasts_ns(self, phase: int, query: Query) -> int:
-        """How long a phase of a query lasts."""
+        """Duration of a phase of a query, ns."""
         half_s = 0.5 * self.stair_s
         seconds = {
             REST: self.rest_s - self.measure_s, BASELINE: self.measure_s, RAMP: self.ramp_s,
@@ -73,7 +73,7 @@ class Timetable:
         return duration_ns(seconds, NS_PER_S, "timetable")
 
     def width_share(self, phase: int, since_ns: int) -> float:
-        """Share of the pulse width that is given so long after a phase began; 0 in those without pulses."""
+        """Share of the pulse width at a time after the start of a phase; 0 in phases without pulses."""
         if phase == RAMP:
             return 0.5 + 0.5 * min(since_ns / duration_ns(self.ramp_s, NS_PER_S, "timetable"), 1.0)
         return 1.0 if phase in (SETTLE, MEASURE) else 0.0
@@ -84,12 +84,14 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True, eq=False)
 class Look:
-    """Mean of the postures that a tracker tells while the hand is looked at.
+    """Mean of the postures during an observation.
 
     Attributes
     ----------
-    total: (23,), rad, sum of each freedom while it was seen. seen: (23,), how often that was.
-    count: of postures. newest_ns: arrival of the newest that was read.
+    total: (23,), rad, sum of each freedom over the postures that show it.
+    seen: (23,), number of these.
+    count: number of postures.
+    newest_ns: arrival of the last one.
     """
 
     total: Array
@@ -98,7 +100,7 @@ class Look:
     newest_ns: int = NEVER
 
     def take(self, angles: Array, unseen: NDArray[np.bool_], arrived_ns: int) -> None:
-        """Count a posture once, but for its freedoms that are unseen, (23,)."""
+        """Add a posture, unless it was added before, without its unseen freedoms (23,)."""
         if arrived_ns > self.newest_ns:
             self.newest_ns = arrived_ns
             self.total = self.total + np.where(unseen, 0.0, angles)
@@ -106,7 +108,7 @@ class Look:
             self.count += 1
 
     def end(self) -> Array | None:
-        """The mean, NaN of a freedom never seen, None of nothing; from here on all is counted anew."""
+        """Return the mean, NaN for unseen freedoms, None without postures, and reset."""
         mean = np.full(self.total.size, np.nan) if self.count else None
         if mean is not None:
             np.divide(self.total, self.seen, out=mean, where=self.seen > 0.0)
@@ -116,18 +118,19 @@ class Look:
 
 @dataclass(slots=True, eq=False)
 class PointSearchState:
-    """Where the search stands.
+    """State of the search.
 
     Attributes
     ----------
     strategy: the strategy's own state.
-    look: at the hand.
-    query: under way; None before the first and after the last.
-    number: of that query, from 0 on; -1 before the first.
-    repeats: how often it has been asked anew.
-    phase, since_ns, until_ns: of the timetable, and from when to when.
-    rest: (23,), rad, the posture of the last rest, NaN of what was not seen of it; None if nothing was.
-    quality: of the last response; best: what is recommended.
+    look: present observation of the hand.
+    query: present query; None before the first and after the last.
+    number: its number from 0; -1 before the first.
+    repeats: number of its repetitions.
+    phase, since_ns, until_ns: phase of the timetable, its start and its end.
+    rest: (23,), rad, posture of the last rest, NaN for unseen freedoms; None without a posture.
+    quality: quality of the last response.
+    best: recommendation.
     """
 
     strategy: Any

@@ -1,4 +1,4 @@
-"""The strategies by name, each with a table of its own."""
+"""Strategies by name with their parameters, and the two-phase staircase."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ from fesloop.errors import InputError
 
 @dataclass(slots=True, eq=False)
 class TwoPhaseState:
-    """Where the staircases stand.
+    """State of the staircases.
 
     Attributes
     ----------
-    space: where it searches.
-    electrodes: one staircase each, in this order.
-    climbed: how many of them are done. stair: number of the current one's next stair, from 0 on.
-    second: whether electrodes of the second phase are among them.
-    found: the best stair of each electrode.
+    space: search space.
+    electrodes: electrodes in the order of their staircases.
+    climbed: number of finished staircases.
+    stair: number of the next stair of the present one, from 0.
+    second: whether the second phase has begun.
+    found: best stair of each electrode.
     """
 
     space: SearchSpace
@@ -38,16 +39,16 @@ class TwoPhaseState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwoPhase:
-    """A staircase of charge from zero to the tolerated one, first on every element, then on combinations.
+    """Staircases of charge from zero to the tolerated one, first on every element, then on combinations.
 
-    Every stair is judged; an electrode is as good as its best stair. The `best` elements of the first phase
-    are combined two by two in the second. Not taken over: the patient's push-button.
+    Every stair is rated; the quality of an electrode is that of its best stair. The `best` elements of the
+    first phase are combined in pairs in the second. The patient's push-button of the source is not modelled.
 
     Attributes
     ----------
     step_uc: charge per phase from stair to stair (the source: .01 of a normalised charge; of what is chosen:
         of 20 uC, the limit of the `safety` block).
-    best: how many elements are combined (five in the source).
+    best: number of elements that are combined (five in the source).
     """
 
     step_uc: float = 0.2
@@ -60,18 +61,18 @@ class TwoPhase:
             raise InputError("two_phase.best", f"{self.best}", "1 or more")
 
     def start(self, space: SearchSpace, key: int) -> TwoPhaseState:
-        """Every element alone. Raises InputError where the first stair is more than is tolerated."""
+        """State with single elements. Raises InputError where the first stair exceeds the limit of charge."""
         if self.stairs(space) < 1:
             raise InputError("two_phase.step_uc", f"{self.step_uc:g}",
-                             f"at most {1e-3 * space.current_max_ma * space.width_us:g}, what is tolerated")
+                             f"at most {1e-3 * space.current_max_ma * space.width_us:g}, the tolerated one")
         return TwoPhaseState(space, [(element,) for element in space.usable])
 
     def stairs(self, space: SearchSpace) -> int:
-        """Stairs of a staircase."""
+        """Number of stairs of a staircase."""
         return int(1e-3 * space.current_max_ma * space.width_us / self.step_uc + 1e-9)
 
     def ask(self, state: TwoPhaseState) -> Query | None:
-        """The next stair."""
+        """Next stair."""
         if state.climbed >= len(state.electrodes):
             return None
         current_ma = 1e3 * self.step_uc * (state.stair + 1) / state.space.width_us
@@ -80,7 +81,7 @@ class TwoPhase:
                      rested=state.stair == 0, stair=True)
 
     def tell(self, state: TwoPhaseState, query: Query, response: Response) -> None:
-        """Note the stair, and go to the next electrode from the last one."""
+        """Record the stair, and change to the next electrode after the last one."""
         before = state.found.get(query.elements)
         if before is None or response.quality > before.quality:
             state.found[query.elements] = Found(query, response.quality)
@@ -92,7 +93,7 @@ class TwoPhase:
                 state.electrodes = [*state.electrodes, *self._combined(state)]
 
     def best_of(self, state: TwoPhaseState) -> list[Found]:
-        """Electrodes tried, the best first."""
+        """Tried electrodes, best first."""
         return sorted(state.found.values(), key=lambda found: -found.quality)
 
     def _combined(self, state: TwoPhaseState) -> list[Electrode]:
@@ -101,7 +102,7 @@ class TwoPhase:
         return joined(best, state.space.most_elements)
 
     def recommend(self, state: TwoPhaseState) -> Found | None:
-        """The best stair of all."""
+        """Best stair of all."""
         return next(iter(self.best_of(state)), None)
 
 
@@ -111,7 +112,7 @@ StrategyName = Literal["exhaustive", "listed", "random", "two_phase", "semi_auto
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strategies:
-    """Parameters of each strategy; those of the ones that are not chosen are left alone."""
+    """Parameters of each strategy; only those of the chosen one have an effect."""
 
     exhaustive: Exhaustive = field(default_factory=Exhaustive)
     listed: Listed = field(default_factory=Listed)
@@ -122,6 +123,6 @@ class Strategies:
     optuna: OptunaSearch = field(default_factory=OptunaSearch)
 
     def named(self, name: StrategyName) -> Strategy:
-        """The one of a name."""
+        """Strategy of a name."""
         strategy: Strategy = getattr(self, name)
         return strategy

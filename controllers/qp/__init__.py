@@ -1,1 +1,1 @@
-"""Quadratic programmes, of which none hands back a silently wrong answer."""
+"""Quadratic programmes whose failures are statuses, never silently wrong solutions."""

@@ -1,4 +1,4 @@
-"""One way to solve a quadratic programme, that never hands back a silently wrong answer.
+"""Solver of quadratic programmes that reports every failure and never returns a silently wrong solution.
 
     min 1/2 x'Hx + q'x   subject to   lower <= [x; A x] <= upper
 
@@ -7,7 +7,7 @@ constraints is known, c = -H^-1 q, a `centred` programme takes c in place of q a
 
     min 1/2 z'Hz   subject to   lower - [c; A c] <= [z; A z] <= upper - [c; A c],   x = c + z
 
-which spares it half of its work. OSQP, whose tolerances are relative to the size of the bounds, is given q.
+which halves its work. OSQP, whose tolerances are relative to the size of the bounds, always takes q.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ _OSQP_INTERRUPTED = 10
 
 
 class Start(NamedTuple):
-    """Where a solver starts from: x (n,) and multipliers (n + m,), boxes first, positive at upper bounds."""
+    """Start of a solver: x (n,) and multipliers (n + m,), boxes first, positive at upper bounds."""
 
     x: Array
     multipliers: Array
 
 
 class Answer(NamedTuple):
-    """What a solver claims: outcome ("" for solved), x, multipliers, iterations."""
+    """Unchecked result of a solver: outcome ("" for solved), x, multipliers, iterations."""
 
     outcome: str
     x: Array
@@ -46,18 +46,18 @@ class Answer(NamedTuple):
 
 
 class Solver(Protocol):
-    """min 1/2 x'Hx + q'x, lower <= [I; A] x <= upper; without `linear` there is no q."""
+    """Solver of min 1/2 x'Hx + q'x, lower <= [I; A] x <= upper; without `linear` there is no q."""
 
     def __init__(
         self, hessian: Array, rows: Array, tolerance: float, max_iterations: int, linear: bool
     ) -> None:
-        """For H (n, n) and A (m, n)."""
+        """Set up for H (n, n) and A (m, n)."""
 
     def restart(self, start: Start) -> None:
-        """Forget everything; go on from `start`."""
+        """Discard all memory and continue from `start`."""
 
     def solve(self, q: Array | None, lower: Array, upper: Array) -> Answer:
-        """Solve, q None if there is none; the arrays are never written to again by anyone."""
+        """Solve; q may be None. The arrays must never be written to afterwards."""
 
 
 class DaqpSolver:
@@ -67,9 +67,9 @@ class DaqpSolver:
     ----------
     hessian, rows: H (n, n), positive definite, and A (m, n).
     tolerance: primal tolerance.
-    max_iterations: of the active set.
-    linear: whether there is a q. Without one, its product with every constraint need not be made anew at
-        each update, which is half of the work of a warm solve.
+    max_iterations: limit on the iterations of the active set.
+    linear: whether there is a q. Without one, its product with every constraint is not recomputed at each
+        update, which is half of the work of a warm solve.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class DaqpSolver:
         self._restarted = True
 
     def solve(self, q: Array | None, lower: Array, upper: Array) -> Answer:
-        """By the working set of the last solve, or that of the start."""
+        """Solve from the working set of the last solve, or of the start."""
         if self._restarted:
             flag = self._model.update(f=q, bupper=upper, blower=lower, sense=self._sense)
             self._restarted = False
@@ -110,7 +110,7 @@ class DaqpSolver:
 class OsqpSolver:
     """Sparse operator splitting (Stellato et al. 2020, doi 10.1007/s12532-020-00179-2).
 
-    Parameters as of `DaqpSolver`; `tolerance` is both eps_abs and eps_rel.
+    Parameters are as in `DaqpSolver`; `tolerance` is both eps_abs and eps_rel.
     """
 
     def __init__(self, hessian: Array | sparse.csc_matrix, rows: Array | sparse.csc_matrix, tolerance: float,
@@ -120,7 +120,7 @@ class OsqpSolver:
         self._rows = sparse.vstack([sparse.eye(n), sparse.csc_matrix(rows)], format="csc")
         self._settings = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": max_iterations,
                           "verbose": False, "polishing": False, "check_termination": 25,
-                          # By count, never by time: equal problems take equal steps on any machine.
+                          # The limit is a count, not a time: equal problems take equal steps on any machine.
                           "adaptive_rho": 1, "adaptive_rho_interval": 50}
         self._start: Start | None = Start(np.zeros(n), np.zeros(self._rows.shape[0]))
         self._size = n
@@ -130,7 +130,7 @@ class OsqpSolver:
         self._start = start
 
     def solve(self, q: Array | None, lower: Array, upper: Array) -> Answer:
-        """From the iterates of the last solve, or the start."""
+        """Solve from the iterates of the last solve, or of the start."""
         if self._start is not None:
             import osqp
 
@@ -149,12 +149,12 @@ class OsqpSolver:
 
 
 SOUND, NOT_FINITE, CROSSED, MISSHAPEN = 0, 1, 2, 3
-"""Faults of the vectors of a programme."""
+"""Fault codes of the vectors of a programme."""
 
 
 @compiled
 def check_vectors(q: Array, lower: Array, upper: Array) -> int:
-    """SOUND, NOT_FINITE (or infinity as a bound's wrong side), or CROSSED bounds."""
+    """Fault code: SOUND, NOT_FINITE (or infinity on a bound's wrong side), or CROSSED bounds."""
     for i in range(q.size):
         if not math.isfinite(q[i]):
             return NOT_FINITE
@@ -169,7 +169,7 @@ def check_vectors(q: Array, lower: Array, upper: Array) -> int:
 
 @compiled
 def minus_product(matrix: Array, vector: Array) -> Array:
-    """Minus a symmetric matrix times a vector, fresh, summed in a fixed order."""
+    """New vector: minus a symmetric matrix times a vector, summed in a fixed order."""
     product = np.zeros(vector.size)
     for j in range(vector.size):
         for i in range(vector.size):
@@ -182,7 +182,7 @@ def around(
     centre: Array, lower: Array, upper: Array, below: Array, above: Array, indptr: NDArray[np.int64],
     indices: NDArray[np.int64], values: Array,
 ) -> int:
-    """Fill `below` and `above` with the bounds less the constrained quantities at the centre; the fault.
+    """Fill `below` and `above` with the bounds relative to the centre; return the fault code.
 
     `indptr`, `indices`, `values` are the rows, compressed.
     """
@@ -204,7 +204,10 @@ def around(
 def settle(
     x: Array, lower: Array, upper: Array, indptr: NDArray[np.int64], indices: NDArray[np.int64], values: Array
 ) -> tuple[bool, float]:
-    """Clip x into its boxes, in place; (whether x is finite, worst violation relative to 1 + |bound|)."""
+    """Clip x to its boxes, in place; return whether it is finite, and its worst relative violation.
+
+    Violations are relative to 1 + |bound|.
+    """
     worst = 0.0
     for i in range(x.size):
         if not math.isfinite(x[i]):
@@ -229,16 +232,16 @@ _SLACK = 10.0
 
 
 class QpResult(NamedTuple):
-    """What came of a solve.
+    """Result of a solve.
 
     Attributes
     ----------
-    status: "solved"; else "infeasible", "iteration_limit", "non_finite", "inaccurate" (the answer breaks
-        a constraint), "unbounded", or what else the solver said.
+    status: "solved"; else "infeasible", "iteration_limit", "non_finite", "inaccurate" (x violates a
+        constraint), "unbounded", or another outcome of the solver.
     x: (n,), inside the boxes exactly and inside the rows within 10 x tolerance x (1 + |bound|); of size 0
         unless solved.
     multipliers: (n + m,), boxes first, positive at upper bounds; of size 0 unless solved.
-    iterations: of the solver.
+    iterations: iterations of the solver.
     """
 
     status: str
@@ -248,25 +251,26 @@ class QpResult(NamedTuple):
 
     @property
     def solved(self) -> bool:
-        """Whether `x` is an answer."""
+        """Whether `x` is a solution."""
         return self.status == "solved"
 
 
 class Qp:
     """A quadratic programme with fixed matrices, warm-started from solve to solve.
 
-    It pickles, and a restored one goes on bit for bit: every `refresh` solves the solver is restarted from
-    its last answer, and the problems since then are kept and solved again on restoring.
+    It can be pickled, and a restored one continues bit for bit: every `refresh` solves the solver restarts
+        from
+    its last solution, and the problems since then are stored and solved again on restoring.
 
     Parameters
     ----------
     hessian: H (n, n), symmetric positive definite.
     rows: A (m, n); m may be 0.
     solver: "daqp" (dense, exact: small problems) or "osqp" (sparse, iterative: large ones).
-    tolerance: on constraints, and for osqp on optimality.
-    max_iterations: of the solver, above which the result is "iteration_limit".
-    refresh: solves between restarts.
-    centred: whether `solve` is given c in place of q.
+    tolerance: tolerance on constraints, and for osqp on optimality.
+    max_iterations: iterations of the solver above which the result is "iteration_limit".
+    refresh: number of solves between restarts.
+    centred: whether `solve` takes c in place of q.
 
     Raises InputError for matrices of wrong shape, non-finite, not symmetric or not positive definite.
     """
@@ -306,7 +310,7 @@ class Qp:
     def start_from(self, x: Array, multipliers: Array | None = None) -> None:
         """Warm-start the next solve from x (n,) and multipliers (n + m,), zero if not given.
 
-        A centred programme with daqp takes no notice of x: the multipliers say which constraints hold.
+        A centred programme with daqp ignores x: the multipliers show which constraints are active.
         """
         given = _vector("x", x, self.size)
         duals = np.zeros(self.constraints) if multipliers is None else multipliers
@@ -315,9 +319,9 @@ class Qp:
     def solve(self, q: Array, lower: Array, upper: Array) -> QpResult:
         """Solve for q (n,) and bounds (n + m,), boxes first; infinite bounds are allowed.
 
-        A centred programme takes c (n,) in place of q, and may keep the vectors without copying them: nobody
-        may write to them again. Raises InputError for a vector of the wrong shape; everything else is a
-        status of the result.
+        A centred programme takes c (n,) in place of q, and may store the vectors without copying them: they
+        must never be written to again. Raises InputError for a vector of the wrong shape; any other failure
+        is a status of the result.
         """
         if self._shifts:
             below, above = np.empty(self._size[1]), np.empty(self._size[1])
@@ -332,9 +336,9 @@ class Qp:
     def solve_around(
         self, centre: Array, lower: Array, upper: Array, below: Array, above: Array, fault: int
     ) -> QpResult:
-        """Solve a centred programme of which the caller has found what `qp.kernel.around` finds, to the bit.
+        """Solve a centred programme whose bounds the caller has computed as `around` does, to the bit.
 
-        For compiled callers, whom it spares a call; OSQP has no use of it.
+        This saves compiled callers a call; OSQP does not use it.
         """
         if not self._shifts:
             return self.solve(centre, lower, upper)
@@ -345,7 +349,7 @@ class Qp:
 
     def _solve(self, linear: Array | None, q: Array, lower: Array, upper: Array, below: Array, above: Array,
                fault: int) -> QpResult:
-        """Solve with `linear` and the bounds `below` and `above`; q, lower and upper are as given."""
+        """Solve with `linear` and the bounds `below` and `above`; q, lower and upper are the caller's."""
         if fault != SOUND:
             return QpResult("non_finite" if fault == NOT_FINITE else "infeasible", _EMPTY, _EMPTY, 0)
         if len(self._log) >= self._options[3]:
@@ -385,7 +389,7 @@ class Qp:
 
 
 def _checked_matrices(hessian: Array, rows: Array) -> tuple[Array, Array]:
-    """The matrices as contiguous float64, or InputError."""
+    """The matrices as contiguous float64; raises InputError for others."""
     hessian = np.ascontiguousarray(hessian, dtype=np.float64)
     rows = np.ascontiguousarray(rows, dtype=np.float64)
     if hessian.ndim != 2 or hessian.shape[0] != hessian.shape[1] or hessian.shape[0] == 0:
@@ -405,7 +409,7 @@ def _checked_matrices(hessian: Array, rows: Array) -> tuple[Array, Array]:
 
 
 def _vector(name: str, values: Array, size: int) -> Array:
-    """A contiguous float64 copy of (size,) values; InputError for another shape."""
+    """A contiguous float64 copy of (size,) values; raises InputError for another shape."""
     vector = np.array(values, dtype=np.float64, order="C")
     if vector.shape != (size,):
         raise InputError(f"qp {name}", f"shape {vector.shape}", f"({size},)")
@@ -427,7 +431,7 @@ def solve_sparse(
     rows: A (m, n).
     q: (n,).
     lower, upper: (n + m,), boxes first; infinite bounds are allowed.
-    start: answer of a programme like this one, to start from; zero if not given.
+    start: solution of a similar programme to start from; zero if not given.
 
     Raises InputError for shapes that do not fit and for a matrix that is not finite.
     """

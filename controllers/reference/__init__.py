@@ -1,4 +1,4 @@
-"""References: where joints and fingertips should be."""
+"""References for joint angles and fingertips."""
 
 from typing import TYPE_CHECKING
 

@@ -1,7 +1,7 @@
-"""References as functions of time, and what every block that gives one out has in common.
+"""References as functions of time, and the common parts of reference blocks.
 
-A reference block is a frozen dataclass that makes its `course` once and says the rest with the functions
-here: ports, preview, values of a tick.
+A reference block is a frozen dataclass that makes its `course` once; its ports, preview and values come from
+the functions here.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ Array = NDArray[np.float64]
 
 
 class Course(Protocol):
-    """Where m rows should be at any time."""
+    """Values of m rows at any time."""
 
     def at(self, times_s: Array) -> Array:
-        """Values at (n,) times in s, a fresh array (n, m), rad."""
+        """Values at (n,) times in s, a new array (n, m), rad."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +42,7 @@ class WayPoints:
     ----------
     times_s: (points,), strictly increasing.
     values: (points, m), rad. Between two, each row follows v0 + (v1 - v0) (10 s^3 - 15 s^4 + 6 s^5), s the
-        elapsed share; before the first and after the last it stands still.
+        elapsed share; before the first and after the last they are constant.
     """
 
     times_s: Array
@@ -55,7 +55,7 @@ class WayPoints:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """Straight lines between samples; before the first and after the last it stands still.
+    """Straight lines between samples, constant before the first and after the last.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Samples:
 
 
 def require_preview(preview: int, preview_period_ms: float) -> None:
-    """Raise InputError for a preview that cannot be."""
+    """Raise InputError for a preview that is not allowed."""
     if preview < 0:
         raise InputError("preview", f"{preview}", "0 or more instants")
     if duration_ns(preview_period_ms, NS_PER_MS, "preview_period_ms") == 0:
@@ -80,7 +80,7 @@ def require_preview(preview: int, preview_period_ms: float) -> None:
 
 
 def reference_ports(course: Course, preview: int) -> tuple[Port, ...]:
-    """`angles` (m,) and, where there is one, `preview` (preview, m); rad. Safe outputs: where it begins."""
+    """Ports `angles` (m,) and, with a preview, `preview` (preview, m), rad; initially the first values."""
     start = course.at(np.zeros(1))[0]
     now = Port("angles", start.shape, "rad", tuple(start.tolist()))
     if preview == 0:
@@ -89,12 +89,12 @@ def reference_ports(course: Course, preview: int) -> tuple[Port, ...]:
 
 
 def instants_ahead(preview: int, preview_period_ms: float) -> Array:
-    """(1 + preview,), s: now, which is 0, and the instants of the preview."""
+    """Times (1 + preview,), s: now, which is 0, and the instants of the preview."""
     return np.arange(1.0 + preview) * (preview_period_ms / 1e3)
 
 
 def reference_values(course: Course, ahead_s: Array, tick: Tick) -> tuple[Value, ...]:
-    """What the ports of `reference_ports` say at a tick."""
+    """Values of the ports of `reference_ports` at a tick."""
     angles = course.at(tick.time_ns / NS_PER_S + ahead_s)
     return (angles[0],) if ahead_s.size == 1 else (angles[0], angles[1:])
 
@@ -119,16 +119,16 @@ def minimum_jerk(times_s: Array, values: Array, at_s: Array) -> Array:
 Ranges = Mapping[str, Sequence[float]]
 """Least and greatest value of some rows, deg."""
 USUAL_ROWS = ("wrist_extension", "finger_flexion", "thumb_flexion")
-"""Those of the block `synergies`."""
+"""Rows of the block `synergies`."""
 WHOLE_TURN = (-180.0, 180.0)
-"""deg, of a row without a name."""
+"""Range of a row without a name, deg."""
 _ROUNDING_DEG = 1e-6
-"""Values that were turned into rad and back lie that far beyond an end at most."""
+"""Tolerance at the ends of a range, for rounding by conversion to rad and back."""
 
 
 @cache
 def hand_ranges() -> dict[str, tuple[float, float]]:
-    """Range of each ready synergy, which follows from its joints, and of each freedom of the hand, deg."""
+    """Range of each ready synergy, from the ranges of its joints, and of each freedom of the hand, deg."""
     tree = hand_tree(HandSize())
     synergies = Synergies(rows=tuple(READY))
     names = (*synergies.rows, *tree.freedoms)
@@ -137,9 +137,9 @@ def hand_ranges() -> dict[str, tuple[float, float]]:
 
 
 def checked_ranges(rows: Sequence[str], range_deg: Ranges) -> dict[str, tuple[float, float]]:
-    """`range_deg` as floats: ranges of rows that the hand does not know, and others than the usual ones.
+    """Ranges `range_deg` as floats, for additional rows and in place of the usual ones.
 
-    Raises InputError unless each row has a name of its own and a range.
+    Raises InputError unless each row has a unique name and a range.
     """
     known = {**hand_ranges(), **range_deg}
     if not rows or len(set(rows)) < len(rows):
@@ -147,7 +147,7 @@ def checked_ranges(rows: Sequence[str], range_deg: Ranges) -> dict[str, tuple[fl
     for row in rows:
         if row not in known:
             raise InputError("rows", f"{row!r}", f"{', '.join(READY)}, or a freedom of the hand",
-                             did_you_mean(row, known) or "state its range_deg if it is a row of your own")
+                             did_you_mean(row, known) or "give range_deg for a row of your own")
     for row, ends in range_deg.items():
         if row not in rows:
             raise InputError(f"range_deg.{row}", "is no row", ", ".join(rows), did_you_mean(row, rows))
@@ -166,4 +166,4 @@ def require_in_range(where: str, row: str, value_deg: float, range_deg: Ranges) 
         what = f"of {row}" if row else "of a joint"
         raise InputError(where, f"{value_deg:.5g} deg is outside the range of motion {what}",
                          f"{low:.5g} to {high:.5g} deg",
-                         "stay within it, or state a range_deg of your own" if row else "")
+                         "stay within it, or give a range_deg of your own" if row else "")

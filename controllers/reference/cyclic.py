@@ -1,4 +1,4 @@
-"""`cyclic`: movements that come again, as in exercise, identification and tests of a tracker."""
+"""`cyclic`: periodic movements, as in exercise, identification and tests of a tracker."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ Shape = Literal["sine", "open_close"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cycles:
-    """m rows there and back again; before its first cycle and after its last a row stands at its near end.
+    """Periodic movement of m rows between two ends; before and after its cycles a row is at its near end.
 
     Attributes
     ----------
     mean, amplitude: (m,), rad; the near end is mean - amplitude, the far end mean + amplitude.
-    begin_s: (m,), of the first cycle.
-    period_s: of a cycle.
-    cycles: how many; inf: without end.
-    way: from the near end, 0, to the far end, 1, and back, over one cycle (0 to 1); None: sinusoids.
+    begin_s: (m,), start of the first cycle.
+    period_s: period of a cycle.
+    cycles: number of cycles; inf: without end.
+    way: position from the near end, 0, to the far end, 1, over one cycle (0 to 1); None: sinusoids.
     """
 
     mean: Array
@@ -62,27 +62,27 @@ class Cycles:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cyclic:
-    """Rows of a hand's posture there and back again, each from mean - amplitude to mean + amplitude.
+    """Periodic movement of rows of a hand's posture from mean - amplitude to mean + amplitude and back.
 
     "sine": mean - amplitude cos(2 pi u), u the elapsed cycles. "open_close": minimum-jerk moves (Flash and
     Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985) at the beginning and in the middle of each cycle, and
-    standing still after each. Before its first cycle and after its last a row stands at mean - amplitude.
+    a rest after each. Before its first cycle and after its last a row is at mean - amplitude.
 
     Attributes
     ----------
-    period_s: of a cycle.
-    mean_deg: of every row.
-    amplitude_deg: by row; 0 for one that is not named. One below 0 begins at the greater end.
-    rows: what `angles` lists, in this order: synergies (as of the block `synergies`) or freedoms of the hand,
-        or rows of one's own that stand in `range_deg`.
-    shape: see above.
-    flank_s: how long a move of "open_close" takes, at most half of `period_s`; left out: that half.
-    cycles: how many; 0: without end.
-    start_s: when the first begins.
-    lag_deg: how much later a row does the same, 0 or more; 360 is a cycle. 0 for one that is not named.
+    period_s: period of a cycle.
+    mean_deg: mean of every row.
+    amplitude_deg: amplitude by row, 0 by default. A negative one begins at the greater end.
+    rows: elements of `angles`, in this order: synergies (of the block `synergies`), freedoms of the hand, or
+        rows of your own with a range in `range_deg`.
+    shape: "sine" or "open_close".
+    flank_s: duration of a move of "open_close", at most and by default half of `period_s`.
+    cycles: number of cycles; 0: without end.
+    start_s: start of the first cycle.
+    lag_deg: phase lag by row, 0 or more; 360 is a cycle. 0 by default.
     range_deg: range of motion of some rows, in place of the one that follows from their joints.
-    preview: number of coming instants that output `preview` shows; 0 leaves that output out.
-    preview_period_ms: distance between them, the first one period after now.
+    preview: number of coming instants in the output `preview`; 0: no such output.
+    preview_period_ms: distance between them; the first is one period after now.
 
     Outputs: `angles` (m,) rad, and `preview` (preview, m) rad.
     """
@@ -111,7 +111,7 @@ class Cyclic:
             object.__setattr__(self, key, {row: float(value) for row, value in given.items()})
         missing = [row for row in self.rows if row not in self.mean_deg]
         if missing:
-            raise InputError("mean_deg", f"says nothing of {', '.join(missing)}",
+            raise InputError("mean_deg", f"has no angle of {', '.join(missing)}",
                              f"an angle for each of {', '.join(self.rows)}")
         for row in self.rows:
             for sign in (-1.0, 1.0):
@@ -153,19 +153,19 @@ class Cyclic:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """`angles`, and `preview` where there is one."""
+        """`angles`, and `preview` if there is one."""
         return reference_ports(self.course, self.preview)
 
     def init(self, context: Context) -> Array:
-        """Instants of now and of the preview: constants."""
+        """Times of now and of the preview, relative to the tick."""
         return instants_ahead(self.preview, self.preview_period_ms)
 
     def step(self, state: Array, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The reference now and ahead."""
+        """Reference of this tick and its preview."""
         return reference_values(self.course, state, tick)
 
 
 def _way(flank: float) -> WayPoints:
-    """There at the beginning of a cycle and back in its middle, each move a share of it, at most a half."""
+    """Position over a cycle: a move to the far end at its beginning and back in its middle."""
     points = {0.0: 0.0, flank: 1.0, 0.5: 1.0, 0.5 + flank: 0.0}
     return WayPoints(np.array(list(points)), np.array(list(points.values()))[:, np.newaxis])

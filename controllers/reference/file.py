@@ -1,7 +1,7 @@
-"""Named courses of angles out of a file: a recording of fesloop, or columns of a CSV, NPZ or MATLAB 5 file.
+"""Named courses of angles from a file: a recording of fesloop, or columns of a CSV, NPZ or MATLAB 5 file.
 
 Columns of a CSV, or arrays (n,) of an NPZ or MATLAB file, are `time_s` or `time_ms` and, for each row,
-`ROW_deg` or `ROW_rad`; what is named otherwise is left alone.
+`ROW_deg` or `ROW_rad`; other names are ignored.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ _FILES = "a recording of fesloop (.h5), a CSV, NPZ or MATLAB 5 file"
 
 
 class NamedCourses(NamedTuple):
-    """What a file holds.
+    """Courses of angles of a file.
 
     Attributes
     ----------
-    names: of the k columns; empty where the file tells none.
+    names: names of the k columns; empty where the file has none.
     times_s: (n,), finite, strictly increasing, two or more.
     values: (n, k), rad.
     """
@@ -55,17 +55,17 @@ class NamedCourses(NamedTuple):
 
 
 def read_courses(file: str, signal: str, trial: int) -> NamedCourses:
-    """The courses in a file.
+    """Read the courses of a file.
 
     Parameters
     ----------
-    file: its path; what it is shows in its first bytes.
-    signal, trial: of a recording: an output signal of angles (m,), rad; "" and 0 for any other file.
+    file: its path; the first bytes show its format.
+    signal, trial: of a recording, an output signal of angles (m,), rad, and its trial; "" and 0 for others.
 
     Raises InputError, naming file and column, for anything that cannot be a reference.
     """
     if exists(Path(file)) and not is_file(Path(file)) and not is_folder(Path(file)):
-        raise InputError(file, "is a pipe or a device", _FILES, "copy what it gives to a file")
+        raise InputError(file, "is a pipe or a device", _FILES, "copy its content to a file")
     try:
         with Path(file).open("rb") as opened:
             head = opened.read(8)
@@ -75,7 +75,7 @@ def read_courses(file: str, signal: str, trial: int) -> NamedCourses:
     if head.startswith(_HDF5):
         return _of_recording(file, signal, trial)
     if signal or trial:
-        raise InputError("signal" if signal else "trial", f"given for {file}, which is no recording",
+        raise InputError("signal" if signal else "trial", f"given for {file}, which is not a recording",
                          "none", "leave it out")
     if head.startswith(_CONTAINERS):
         return _of_columns(file, read_container(Path(file)))
@@ -100,7 +100,7 @@ def _of_recording(file: str, signal: str, trial: int) -> NamedCourses:
 
 
 def _names_of(node: Mapping[str, Any], width: int) -> tuple[str, ...]:
-    """Names of a recorded signal's columns, from the parameters of the node that put it out."""
+    """Names of a recorded signal's columns, from the parameters of its node."""
     rows = tuple(node.get("rows", ()))
     if len(rows) == width:
         return rows
@@ -109,7 +109,7 @@ def _names_of(node: Mapping[str, Any], width: int) -> tuple[str, ...]:
 
 
 def _of_columns(file: str, content: Mapping[str, Any]) -> NamedCourses:
-    """Courses out of columns by name."""
+    """Courses from columns by name."""
     clocks = [key for key in _TIMES if key in content]
     if len(clocks) != 1:
         raise InputError(f"{file}: {' and '.join(clocks) or 'time_s'}",
@@ -122,7 +122,7 @@ def _of_columns(file: str, content: Mapping[str, Any]) -> NamedCourses:
                          "columns named after rows and unit, such as finger_flexion_deg")
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"{file}: {name}", "there in deg and in rad", "one of the two")
+            raise InputError(f"{file}: {name}", "is given in deg and in rad", "one of the two")
     times = numbers(content, clocks[0], (None,), file) * _TIMES[clocks[0]]
     values = [numbers(content, key, (times.size,), file) * _FACTORS[key[-4:]] for key in columns]
     return _checked(file, NamedCourses(names, times, np.stack(values, axis=-1)))
@@ -133,7 +133,7 @@ def _csv(file: str) -> dict[str, list[float]]:
     try:
         text = Path(file).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(file, "is none that is known", _FILES) from None
+        raise InputError(file, "is not known", _FILES) from None
     header = text.partition("\n")[0]
     mark = max(",;\t", key=header.count)
     try:
@@ -159,7 +159,7 @@ def _csv(file: str) -> dict[str, list[float]]:
 
 
 def _checked(file: str, courses: NamedCourses) -> NamedCourses:
-    """The courses, if their times can be."""
+    """The courses; raises InputError for impossible times."""
     times = courses.times_s
     finite(times, f"{file}: times")
     if times.size < 2:
@@ -167,6 +167,6 @@ def _checked(file: str, courses: NamedCourses) -> NamedCourses:
     back = np.diff(times) <= 0.0
     if back.any():
         at = int(np.argmax(back)) + 1
-        raise InputError(f"{file}: times", f"sample {at} at {times[at]:g} s does not come after "
+        raise InputError(f"{file}: times", f"sample {at} at {times[at]:g} s is not after "
                          f"{times[at - 1]:g} s", "increasing times", "sort the file by time")
     return courses

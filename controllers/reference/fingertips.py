@@ -1,4 +1,4 @@
-"""`fingertip_path`: fingertips from point to point, as joint angles or synergies."""
+"""`fingertip_path`: fingertips on paths between points, as joint angles or synergies."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ from fesloop.streams.blocks.synergies import Synergies
 
 Array = NDArray[np.float64]
 _SAMPLE_S = 0.005
-"""Postures are found so often; straight lines between them keep within .03 mm of the path in a move of 60 deg
-in .3 s (chosen)."""
+"""Distance between computed postures; straight lines between them stay within .03 mm of the path in a move of
+60 deg in .3 s (chosen)."""
 _LONGEST_S = 600.0
 _FASTEST_DEG_S = 2000.0
-"""No joint is that fast: the posture jumps (where the gyroscopes end that Kortier 2014 chose for hands, doi
+"""Rate above which the posture jumps (range of the gyroscopes that Kortier 2014 chose for hands, doi
 10.1186/1743-0003-11-70)."""
 _OFF_PATH_MM = 0.1
-"""Fingertips that stay further off their path are told."""
+"""Distance from their path above which fingertips are reported."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FingertipPoint:
-    """Where some fingertips shall be at an instant.
+    """Positions of some fingertips at an instant.
 
     Attributes
     ----------
-    at_s: of the trial.
-    mm: by finger, its place in the wrist coordinate system. by_mm: by finger, how far from its last point.
-        A finger that is not named stays.
+    at_s: time in the trial.
+    mm: position by finger, in the wrist coordinate system.
+    by_mm: displacement by finger from its last point. Other fingers do not move.
     """
 
     at_s: float
@@ -70,32 +70,32 @@ class FingertipPoint:
             exact = {finger: tuple(map(float, place)) for finger, place in told.items()}
             object.__setattr__(self, key, exact)
         for finger in self.mm.keys() & self.by_mm.keys():
-            raise InputError(f"by_mm.{finger}", "given beside mm", "one of the two")
+            raise InputError(f"by_mm.{finger}", "is given together with mm", "one of the two")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FingertipPath:
-    """Fingertips on minimum-jerk paths between points, turned into postures within ranges of motion.
+    """Fingertips on minimum-jerk paths between points, converted to postures within ranges of motion.
 
-    Between two points each fingertip goes straight, leaving and arriving at rest (Flash and Hogan 1985, doi
+    Between two points each fingertip moves straight, from rest to rest (Flash and Hogan 1985, doi
     10.1523/JNEUROSCI.05-07-01688.1985). Postures are found by `fesloop.hand.inverse_kinematics`: DIP follows
-    PIP, and of several postures it is the one nearest to the preferred one. Before the first point and after
-    the last the hand stands still.
+    PIP, and of several postures the one nearest to the preferred posture is used. Before the first point and
+    after the last the hand is at rest.
 
     Attributes
     ----------
-    points: of the path, in the order of their times. Fingers that the first leaves out are where the
-        preferred posture has them; those that no point names stand still.
-    posture_deg: the preferred posture, by freedom; others as at rest (`fesloop.hand.skeleton`). What does not
-        move keeps it.
-    rows: what `angles` lists, in this order: synergies (as of the block `synergies`) or freedoms of the hand.
+    points: points of the path, in the order of their times. Fingers that the first does not name are where
+        the preferred posture has them; fingers that no point names do not move.
+    posture_deg: preferred posture, by freedom; others as at rest (`fesloop.hand.skeleton`). Freedoms that do
+        not move stay there.
+    rows: elements of `angles`, in this order: synergies (of the block `synergies`) or freedoms of the hand.
         Empty: all its freedoms.
     moving: freedoms that may move; empty: those of the fingers that points name.
-    hand: of the subject, in whose wrist coordinate system (`fesloop.hand.skeleton`) places are.
-    contact: which point of a fingertip (`fesloop.hand.skeleton.CONTACTS`); the bone's end is "tip".
-    tolerance_mm: how far a fingertip may stay off its path where that leaves its reach.
-    preview: number of coming instants that output `preview` shows; 0 leaves that output out.
-    preview_period_ms: distance between them, the first one period after now.
+    hand: hand of the subject, in whose wrist coordinate system (`fesloop.hand.skeleton`) positions are.
+    contact: point of a fingertip (`fesloop.hand.skeleton.CONTACTS`); the bone's end is "tip".
+    tolerance_mm: greatest distance of a fingertip from its path where that leaves its reach.
+    preview: number of coming instants in the output `preview`; 0: no such output.
+    preview_period_ms: distance between them; the first is one period after now.
 
     Outputs: `angles` (m,) rad; `fingertips` (fingers, 3) m, the paths of the fingers that points name, from
     F1 on; `preview` (preview, m) rad.
@@ -112,9 +112,9 @@ class FingertipPath:
     preview_period_ms: float = 25.0
     course: Samples = field(init=False, repr=False, compare=False)
     paths: WayPoints = field(init=False, repr=False, compare=False)
-    """Of the fingertips, (points, 3 fingers), m."""
+    """Paths of the fingertips, (points, 3 fingers), m."""
     off_path_mm: dict[str, float] = field(init=False, repr=False, compare=False)
-    """How far each fingertip stays off its path at most, by finger."""
+    """Greatest distance of each fingertip from its path, by finger."""
 
     def __post_init__(self) -> None:
         require_preview(self.preview, self.preview_period_ms)
@@ -137,12 +137,12 @@ class FingertipPath:
 
     @property
     def fingers(self) -> tuple[str, ...]:
-        """Those that points name, from F1 on."""
+        """Fingers that points name, from F1 on."""
         return tuple(finger for finger in FINGERS
                      if any(finger in point.mm or finger in point.by_mm for point in self.points))
 
     def _preferred(self) -> Array:
-        """The preferred posture, (23,), rad; raises InputError for freedoms that are none or out of range."""
+        """Preferred posture, (23,), rad; raises InputError for unknown freedoms and angles out of range."""
         for key, names in (("posture_deg", self.posture_deg), ("moving", self.moving)):
             for name in names:
                 if name not in RESTING_DEG:
@@ -166,7 +166,7 @@ class FingertipPath:
         return WayPoints(np.array([point.at_s for point in self.points]), np.array(rows))
 
     def _course(self, solver: InverseKinematics) -> tuple[Samples, Array]:
-        """The rows over time, and how far each fingertip stays off its path, mm."""
+        """Rows over time, and the distance of each fingertip from its path, mm."""
         first, last = self.paths.times_s[[0, -1]]
         grid = np.linspace(first, last, math.ceil((last - first) / _SAMPLE_S) + 1)
         times = np.unique(np.concatenate([grid, self.paths.times_s]))
@@ -178,7 +178,7 @@ class FingertipPath:
         return Samples(times, found.angles @ weights.T), 1e3 * found.distances.max(axis=0)
 
     def _require_reach(self, times: Array, distances_mm: Array, reached_mm: Array) -> None:
-        """Raise InputError where a fingertip stays too far off its path."""
+        """Raise InputError where a fingertip is too far from its path."""
         k, finger = np.unravel_index(np.argmax(distances_mm), distances_mm.shape)
         distance = distances_mm[k, finger]
         if distance > self.tolerance_mm:
@@ -191,7 +191,7 @@ class FingertipPath:
                 "move the point, let more freedoms move (moving), or state a greater tolerance_mm")
 
     def _require_no_jump(self, times: Array, angles: Array) -> None:
-        """Raise InputError where a joint would have to be faster than any is."""
+        """Raise InputError where a joint is faster than `_FASTEST_DEG_S`."""
         if times.size == 1:
             return
         speeds = np.degrees(np.abs(np.diff(angles, axis=0))) / np.diff(times)[:, np.newaxis]
@@ -202,7 +202,7 @@ class FingertipPath:
             raise InputError(
                 f"points[{point}]", f"{tuple(RESTING_DEG)[freedom]} turns by {fastest:.0f} deg/s at "
                 f"{times[k]:.4g} s", f"at most {_FASTEST_DEG_S:g} deg/s",
-                "give the move more time, or lead it past where the posture changes over")
+                "give the move more time, or another path")
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -211,21 +211,21 @@ class FingertipPath:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """`angles`, `fingertips`, and `preview` where there is one."""
+        """`angles`, `fingertips`, and `preview` if there is one."""
         angles, *ahead = reference_ports(self.course, self.preview)
         places = tuple(self.paths.values[0].tolist())
         return angles, Port("fingertips", (len(self.fingers), 3), "m", places), *ahead
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Fingertips that stay off their paths: (status, detail) each."""
+        """Warnings (status, detail) about fingertips that leave their paths."""
         return tuple(("path_unreachable", f"{finger} is up to {most:.2f} mm off its path, out of its reach")
                      for finger, most in self.off_path_mm.items() if most > _OFF_PATH_MM)
 
     def init(self, context: Context) -> Array:
-        """Instants of now and of the preview: constants."""
+        """Times of now and of the preview, relative to the tick."""
         return instants_ahead(self.preview, self.preview_period_ms)
 
     def step(self, state: Array, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The reference now and ahead, and where the fingertips shall be."""
+        """Reference of this tick, positions of the fingertips, and the preview."""
         angles, *ahead = reference_values(self.course, state, tick)
         return angles, self.paths.at(np.array([tick.time_ns / NS_PER_S])).reshape(-1, 3), *ahead

@@ -1,4 +1,4 @@
-"""`minimum_jerk`: where the joints should be, from way-point to way-point."""
+"""`minimum_jerk`: joint angles on minimum-jerk moves between way-points."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ class MinimumJerk:
     """Minimum-jerk moves between way-points.
 
     Between two way-points each joint follows q0 + (q1 - q0) (10 s^3 - 15 s^4 + 6 s^5), s the elapsed
-    fraction (Flash and Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985), so it leaves and arrives at
-    rest. Before the first and after the last it stands still. Two equal way-points in a row make a hold.
+    fraction (Flash and Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985), so that it leaves and arrives at
+    rest. Before the first and after the last it is constant. Two equal way-points in succession are a hold.
 
     Attributes
     ----------
     times_s: (points,), strictly increasing, s.
     angles_deg: (points, joints), deg.
-    rows: names of the joints, or of synergies: what has one must keep to its range of motion.
+    rows: names of the joints, or of synergies, whose range of motion then applies.
     range_deg: range of motion of some rows, in place of the usual one.
-    preview: number of coming instants that output `preview` shows; 0 leaves that output out.
-    preview_period_ms: distance between them, the first one period after now.
+    preview: number of coming instants in the output `preview`; 0: no such output.
+    preview_period_ms: distance between them; the first is one period after now.
 
     Outputs: `angles` (joints,) rad, and `preview` (preview, joints) rad.
     """
@@ -72,7 +72,7 @@ class MinimumJerk:
         object.__setattr__(self, "course", WayPoints(np.asarray(self.times_s, dtype=np.float64), angles))
 
     def _require_range(self) -> None:
-        """Raise InputError for an angle that a joint does not have, and for rows of another number."""
+        """Raise InputError for an angle outside its range, and for a wrong number of rows."""
         if self.rows or self.range_deg:
             object.__setattr__(self, "range_deg", checked_ranges(self.rows, self.range_deg))
         if self.rows and len(self.rows) != self.joints:
@@ -99,17 +99,17 @@ class MinimumJerk:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """`angles`, and `preview` where there is one."""
+        """`angles`, and `preview` if there is one."""
         return reference_ports(self.course, self.preview)
 
     def angles_at(self, times_s: Array) -> Array:
-        """Angles at (n,) times in s, (n, joints) rad: also for plots and metrics."""
+        """Angles (n, joints), rad, at (n,) times in s."""
         return self.course.at(np.asarray(times_s, dtype=np.float64))
 
     def init(self, context: Context) -> Array:
-        """Instants of now and of the preview: constants."""
+        """Times of now and of the preview, relative to the tick."""
         return instants_ahead(self.preview, self.preview_period_ms)
 
     def step(self, state: Array, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The reference now and ahead."""
+        """Reference of this tick and its preview."""
         return reference_values(self.course, state, tick)

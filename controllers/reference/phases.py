@@ -1,4 +1,4 @@
-"""`grasp_phases`: a grasp as a therapist tells it, phase after phase."""
+"""`grasp_phases`: a grasp as a sequence of named phases."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _MOST_REPEATS = 10_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspPhase:
-    """A phase: a move to where some rows shall be, and standing still there for the rest of it.
+    """A phase: a move of some rows to given angles, and a rest there until its end.
 
     Attributes
     ----------
-    name: such as rest, open, approach, close, hold, release; phases of one name may come again.
-    duration_s: of the phase, its move included.
-    move_s: of the move; left out: it takes the whole phase.
-    deg: where rows shall be, by row; one that is not named stays where it is.
+    name: such as rest, open, approach, close, hold, release; names may repeat.
+    duration_s: duration of the phase with its move.
+    move_s: duration of the move; by default the whole phase.
+    deg: angles at the end of the move, by row; other rows do not move.
     """
 
     name: str
@@ -71,20 +71,20 @@ class GraspPhase:
 class GraspPhases:
     """Rows of a hand's posture through named phases, on minimum-jerk paths.
 
-    The reference stands at the first phase's angles from t = 0 on. Every later phase begins with a move of
-    the rows that it names (Flash and Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985), then stands still.
-    After the last phase the reference stands still and the last phase goes on. A repeat begins with the
-    move back to the first phase's angles, in that phase.
+    The reference has the first phase's angles from t = 0. Every later phase begins with a move of the rows
+    that it names (Flash and Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985), then rests. After the last
+    phase the reference is constant and the phase number stays. A repeat begins with the move back to the
+    first phase's angles, in that phase.
 
     Attributes
     ----------
-    phases: one after the other from t = 0 on; the first names every row.
-    rows: what `angles` lists, in this order: synergies (as of the block `synergies`) or freedoms of the hand,
-        or rows of one's own that stand in `range_deg`.
-    repeats: how often all phases are gone through.
+    phases: phases in order from t = 0; the first names every row.
+    rows: elements of `angles`, in this order: synergies (of the block `synergies`), freedoms of the hand, or
+        rows of your own with a range in `range_deg`.
+    repeats: number of passes through all phases.
     range_deg: range of motion of some rows, in place of the one that follows from their joints.
-    preview: number of coming instants that output `preview` shows; 0 leaves that output out.
-    preview_period_ms: distance between them, the first one period after now.
+    preview: number of coming instants in the output `preview`; 0: no such output.
+    preview_period_ms: distance between them; the first is one period after now.
 
     Outputs: `angles` (m,) rad; `phase`, number of the phase in `phases`, from 0; `preview` (preview, m) rad.
     """
@@ -97,7 +97,7 @@ class GraspPhases:
     preview_period_ms: float = 25.0
     course: WayPoints = field(init=False, repr=False, compare=False)
     starts_ns: tuple[int, ...] = field(init=False, repr=False, compare=False)
-    """Beginnings of the phases, the repeats' included."""
+    """Starts of all phases of all repeats, ns."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "range_deg", checked_ranges(self.rows, self.range_deg))
@@ -113,16 +113,16 @@ class GraspPhases:
                 require_in_range(f"phases[{i}].deg.{row}", row, angle, self.range_deg)
         missing = [row for row in self.rows if row not in self.phases[0].deg]
         if missing:
-            raise InputError("phases[0].deg", f"says nothing of {', '.join(missing)}",
+            raise InputError("phases[0].deg", f"has no angle of {', '.join(missing)}",
                              f"an angle for each of {', '.join(self.rows)}",
-                             "the reference begins where the first phase says")
+                             "the reference begins at the first phase's angles")
         require_preview(self.preview, self.preview_period_ms)
         starts, course = self._laid_out()
         object.__setattr__(self, "starts_ns", starts)
         object.__setattr__(self, "course", course)
 
     def _laid_out(self) -> tuple[tuple[int, ...], WayPoints]:
-        """Beginnings of all phases, ns, and the way-points of all moves."""
+        """Starts of all phases, ns, and the way-points of all moves."""
         target = [math.radians(self.phases[0].deg[row]) for row in self.rows]
         starts, times, values = [], [0], [target]
         now = 0
@@ -142,12 +142,12 @@ class GraspPhases:
 
     @property
     def duration_s(self) -> float:
-        """From the first phase's beginning to the last one's end, s."""
+        """Duration of all phases of all repeats, s."""
         return self.repeats * sum(phase.duration_ns for phase in self.phases) / NS_PER_S
 
     @property
     def ends_s(self) -> tuple[float, ...]:
-        """When each phase ends, s: there its angles stand, for a law that heeds chosen instants only."""
+        """End of each phase, s, at which its angles are reached: for laws with chosen instants."""
         return (*(start / NS_PER_S for start in self.starts_ns[1:]), self.duration_s)
 
     def phase_at(self, time_ns: int) -> int:
@@ -161,15 +161,15 @@ class GraspPhases:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """`angles`, `phase`, and `preview` where there is one."""
+        """`angles`, `phase`, and `preview` if there is one."""
         angles, *ahead = reference_ports(self.course, self.preview)
         return angles, Port("phase"), *ahead
 
     def init(self, context: Context) -> Array:
-        """Instants of now and of the preview: constants."""
+        """Times of now and of the preview, relative to the tick."""
         return instants_ahead(self.preview, self.preview_period_ms)
 
     def step(self, state: Array, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The reference now and ahead, and the phase."""
+        """Reference of this tick, the phase, and the preview."""
         angles, *ahead = reference_values(self.course, state, tick)
         return angles, float(self.phase_at(tick.time_ns)), *ahead

@@ -1,4 +1,4 @@
-"""`recorded`: a reference out of a file."""
+"""`recorded`: a reference from a file."""
 
 from __future__ import annotations
 
@@ -30,29 +30,30 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """What a file says, on straight lines between its samples, standing still before and after it.
+    """Samples of a file with straight lines between them, constant before the first and after the last.
 
     The file is a recording of fesloop (.h5), or a CSV, NPZ or MATLAB 5 file with `time_s` or `time_ms` and a
-    column `ROW_deg` or `ROW_rad` for each row. At t the reference is where the file is at
+    column `ROW_deg` or `ROW_rad` for each row. At t the reference is the file's at
 
         start_s + (t - shift_s) / stretch      after its first instant.
 
     Attributes
     ----------
-    file: its path.
-    signal: of a recording, its signal, such as "truth.synergies".
-    trial: of a recording.
-    rows: what `angles` lists, in this order: columns of the file, or ready synergies (as of the block
-        `synergies`) of freedoms that are its columns. Empty: all columns, in the file's order. Columns of
-        which the file tells no names are named by as many rows.
-    start_s: what of the file to leave out. duration_s: how much of it counts; left out: all.
-    shift_s: when it begins in a trial.
-    stretch: how many times as long as in the file everything takes.
+    file: path of the file.
+    signal: signal of a recording, such as "truth.synergies".
+    trial: trial of a recording.
+    rows: elements of `angles`, in this order: columns of the file, or ready synergies (of the block
+        `synergies`) of freedoms that are its columns. Empty: all columns, in the file's order. Columns
+        without names in the file take these.
+    start_s: time of the file before its part that is used.
+    duration_s: duration of that part; by default all.
+    shift_s: time in a trial at which it begins.
+    stretch: factor on all durations.
     range_deg: range of motion of some rows, in place of the one that follows from their joints.
-    preview: number of coming instants that output `preview` shows; 0 leaves that output out.
-    preview_period_ms: distance between them, the first one period after now.
-    fingerprint: SHA-256 of what was read (names, times, values); left out: it is filled in. Where it is
-        given, as in the recording of a run that is run again, the file must still say the same.
+    preview: number of coming instants in the output `preview`; 0: no such output.
+    preview_period_ms: distance between them; the first is one period after now.
+    fingerprint: SHA-256 of names, times and values; filled in by default. Where it is given, as in the
+        recording of a run, the file must not have changed.
 
     Outputs: `angles` (m,) rad, and `preview` (preview, m) rad.
     """
@@ -80,7 +81,7 @@ class Recorded:
         courses = read_courses(self.file, self.signal, self.trial)
         found = courses.fingerprint()
         if self.fingerprint not in ("", found):
-            raise InputError(self.file, f"says something else than it did, its fingerprint is {found[:12]}",
+            raise InputError(self.file, f"has changed: its fingerprint is {found[:12]}",
                              f"{self.fingerprint[:12]}", "bring the file back, or leave fingerprint out")
         courses = _rows_of(self.file, courses, self.rows)
         object.__setattr__(self, "range_deg", checked_ranges(courses.names, self.range_deg))
@@ -93,7 +94,7 @@ class Recorded:
             object.__setattr__(self, key, value)
 
     def _window(self, courses: NamedCourses) -> NamedCourses:
-        """The part of the courses that counts, at the file's own times."""
+        """Part of the courses that is used, at the file's own times."""
         times = courses.times_s
         start = float(times[0]) + duration_ns(self.start_s, NS_PER_S, "start_s") / NS_PER_S
         if start >= times[-1]:
@@ -102,7 +103,7 @@ class Recorded:
         stop = float(times[-1])
         if self.duration_s is not None:
             if duration_ns(self.duration_s, NS_PER_S, "duration_s") == 0:
-                raise InputError("duration_s", f"{self.duration_s:g}", "above 0, or left out for all")
+                raise InputError("duration_s", f"{self.duration_s:g}", "above 0, or omitted for all")
             stop = min(stop, start + self.duration_s)
         within = np.concatenate([[start], times[(times > start) & (times < stop)], [stop]])
         return NamedCourses(courses.names, within, Samples(times, courses.values).at(within))
@@ -114,23 +115,23 @@ class Recorded:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """`angles`, and `preview` where there is one."""
+        """`angles`, and `preview` if there is one."""
         return reference_ports(self.course, self.preview)
 
     def init(self, context: Context) -> Array:
-        """Instants of now and of the preview: constants."""
+        """Times of now and of the preview, relative to the tick."""
         return instants_ahead(self.preview, self.preview_period_ms)
 
     def step(self, state: Array, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The reference now and ahead."""
+        """Reference of this tick and its preview."""
         return reference_values(self.course, state, tick)
 
 
 def _rows_of(file: str, courses: NamedCourses, rows: tuple[str, ...]) -> NamedCourses:
-    """The courses of some rows; of all where none are named."""
+    """Courses of the named rows; of all columns where none are named."""
     names, width = courses.names or rows, courses.values.shape[1]
     if len(names) != width:
-        raise InputError("rows", f"{len(rows)} names, and {file} tells none",
+        raise InputError("rows", f"{len(rows)} names, and {file} has none",
                          f"{width}, one for each column of the signal")
     columns = []
     for row in rows or names:

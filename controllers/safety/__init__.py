@@ -1,4 +1,4 @@
-"""What stands between a controller and a stimulator."""
+"""Safety limits between a controller and a stimulator."""
 
 from typing import TYPE_CHECKING
 

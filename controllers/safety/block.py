@@ -1,4 +1,4 @@
-"""Safety limits between a controller and a stimulator."""
+"""`safety`: limits between a controller and a stimulator."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import ClassVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.period import period_ns
 from controllers.safety import kernel
 from controllers.safety.kernel import SOUND, Dose, Watchdog, WatchState
+from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit
 from fesloop.loop.block import Context, Tick
@@ -25,7 +25,7 @@ from fesloop.models.linear_form import BlockToControl, SampledForm, memoryless
 Array = NDArray[np.float64]
 PerChannel = float | tuple[float, ...]
 ENERGY_MAX_J = 0.3
-"""Greatest energy of a pulse into 500 ohm of IEC 60601-2-10 (transcutaneous stimulators)."""
+"""Greatest energy of a pulse into 500 ohm by IEC 60601-2-10 (transcutaneous stimulators)."""
 _LIMITS = ("current_max_ma", "width_max_us", "charge_max_uc", "energy_max_mj", "charge_rise_uc")
 _BUDGETS = ("charge_per_s_max_uc", "charge_total_max_mc")
 _USUAL = Watchdog()
@@ -33,17 +33,17 @@ _USUAL = Watchdog()
 
 @dataclass(slots=True, eq=False)
 class SafetyState:
-    """What was let through last, and how much ever.
+    """State of the limits: the last pulses and the charge given so far.
 
     Attributes
     ----------
-    limits: as `limit_pulses` takes them; never written to.
-    dose: charge given, and its budgets.
+    limits: constant argument of `limit_pulses`.
+    dose: charge given, and its limits.
     charges: (channels,), charge per phase of the tick before, C.
-    accepted: (channels, 2), the last pulses let through from good input.
-    ramp_from_ns: when the ramp to zero began; NEVER while the input is good.
+    accepted: (channels, 2), last pulses from sound input.
+    ramp_from_ns: start of the ramp to zero; NEVER while the input is sound.
     stopped: whether the emergency stop was ever on.
-    hit: bits of what was limited in the tick before.
+    hit: bits of the limits that acted in the tick before.
     """
 
     limits: Array
@@ -59,44 +59,45 @@ class SafetyState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Safety(BlockToControl):
-    """Limits what reaches the stimulator, whatever comes in.
+    """Limits of all stimulation, for any input.
 
-    What can never leave it. Let i and w be current and pulse width of a channel in an output, q = i w, and n
-    the ticks of one second. For any inputs whatsoever, in any order and at any times:
+    Guarantees: let i and w be current and pulse width of a channel in an output, q = i w, and n the ticks of
+    one second. For any inputs, in any order and at any times:
 
     1. i and w are finite, 0 <= i <= `current_max_ma`, 0 <= w <= `width_max_us`;
     2. q <= `charge_max_uc`, and 2 x 500 ohm x i^2 w <= `energy_max_mj`;
     3. q exceeds that of the tick before, 0 before the first, by `charge_rise_uc` at most;
-    4. the sum of q `frequency_hz` / tick rate over any n ticks of a trial on end is `charge_per_s_max_uc` at
-       most, and over all ticks of all trials of a run `charge_total_max_mc`; where a tick comes late (a live
-       stream's, or one after others that were skipped) the device has repeated q until then, which counts;
+    4. the sum of q `frequency_hz` / tick rate over any n successive ticks of a trial is
+       `charge_per_s_max_uc` at most, and over all ticks of all trials of a run `charge_total_max_mc`; where a
+       tick is late (a live stream's, or one after skipped ticks) the device has repeated q until then, which
+       counts;
     5. from the first tick that reads `stop` above 0.5, or not finite, i = w = 0, in all later trials too;
     6. `ramp_ms` after stimulation ceases to be sound, i = w = 0 for as long as it is not, and no q rises
-       meanwhile. It is sound while `stimulation` is finite and not older than `max_age_ms`, counted from the
-       oldest capture behind it, if `aligned` is wired, all of it says 1, and, if `posture` is wired, the
-       tracker has not failed (`Watchdog`).
+       meanwhile. It is sound while `stimulation` is finite and not older than `max_age_ms`, counted from its
+       oldest capture, if `aligned` is wired, all of it is 1, and, if `posture` is wired, the tracker has not
+       failed (`Watchdog`).
 
-    A tracker whose wearer keeps still in an initial pose puts out `aligned`, which is 0 until the pose has
-    been taken. An experiment in which stimulation could disturb that pose is refused unless each such
-    `aligned` is wired here, several of them through a `join` with `columns = 0`.
+    A tracker that needs an initial pose has an output `aligned`, which is 0 until the pose has been taken. An
+    experiment in which stimulation could disturb that pose is refused unless each such `aligned` is wired
+    here, several of them through a `join` with `columns = 0`.
 
-    Limits are met by cutting current and width, then by shortening the pulse: a fall of charge is never
-    limited. Every limitation is a status when it begins. The terms are those of IEC 60601-2-10 (300 mJ a
+    Limits first cut current and width, then shorten the pulse; a fall of charge is never limited. Every
+    limitation is reported when it begins. The terms are those of IEC 60601-2-10 (300 mJ a
     pulse into 500 ohm, both phases counted); no certification is meant.
 
     Attributes
     ----------
-    channels: number of channels; 0 takes it from what is wired in.
-    joints: size of `posture`; 0 takes it from what is wired in, if anything is.
+    channels: number of channels; 0 takes it from the wire.
+    joints: size of `posture`; 0 takes it from the wire, if there is one.
     trackers: size of `aligned`, likewise.
-    current_max_ma, width_max_us, charge_max_uc, energy_max_mj: of all channels, or one value a channel.
+    current_max_ma, width_max_us, charge_max_uc, energy_max_mj: one value for all channels, or one a channel.
     charge_rise_uc: greatest rise of charge per phase from one tick to the next, likewise.
-    charge_per_s_max_uc, charge_total_max_mc: charge of one phase, summed up, of each channel likewise
-        (chosen: 20 uC at 50 Hz, and an hour of it).
-    frequency_hz: of the device behind: how many pulses it gives of one message.
-    max_age_ms: of `stimulation` and `posture`.
-    ramp_ms: length of the ramp to zero; 0 cuts at once.
-    watchdog: when the tracker counts as failed.
+    charge_per_s_max_uc, charge_total_max_mc: limits on the sum of the charges of one phase, likewise (chosen:
+        20 uC at 50 Hz, and an hour of it).
+    frequency_hz: pulse rate of the device: it repeats each message at this rate.
+    max_age_ms: greatest age of `stimulation` and `posture`.
+    ramp_ms: duration of the ramp to zero; 0 cuts at once.
+    watchdog: limits beyond which the tracker counts as failed.
 
     Inputs: `stimulation` (channels, 2); optional `posture` and `posture_sd` (joints,), rad; optional `stop`,
     the emergency stop; optional `aligned` (trackers,), 1 once a tracker's initial pose has been taken.
@@ -124,7 +125,7 @@ class Safety(BlockToControl):
     def __post_init__(self) -> None:
         for key in ("channels", "joints", "trackers"):
             if getattr(self, key) < 0:
-                raise InputError(key, f"{getattr(self, key)}", "1 or more, or 0 for what is wired in")
+                raise InputError(key, f"{getattr(self, key)}", "1 or more, or 0 to take it from the wire")
         for key in (*_LIMITS, *_BUDGETS, "frequency_hz"):
             values = np.atleast_1d(getattr(self, key))
             if not (np.isfinite(values).all() and (values > 0.0).all()):
@@ -152,7 +153,7 @@ class Safety(BlockToControl):
         return (Port("stimulation", (self.channels or None, 2), "A,s"),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Safety:
-        """For the channels, and the posture if any, that are wired in; raises InputError for other shapes."""
+        """The block for the wired channels, posture and `aligned`; raises InputError for other shapes."""
         sizes = {shapes[name] for name in ("posture", "posture_sd") if name in shapes}
         if len(sizes) > 1 or any(len(size) != 1 for size in sizes):
             raise InputError("posture", f"shapes {sorted(sizes)} are wired in", "vectors of one size")
@@ -164,16 +165,16 @@ class Safety(BlockToControl):
                        trackers=trackers[0])
 
     def age_limits(self) -> tuple[AgeLimit, ...]:
-        """Of `stimulation` and `posture`."""
+        """Age limits of `stimulation` and `posture`."""
         return tuple(AgeLimit(port=port, limit_ms=self.max_age_ms, since="oldest",
                               then="all stimulation is withheld") for port in ("stimulation", "posture"))
 
     def linear_form(self, context: Context) -> SampledForm:
-        """The pulses as they are: while no limit acts."""
+        """Pulses pass unchanged while no limit acts."""
         return memoryless(("stimulation",), "stimulation", np.eye(self.channels), passes_pulses=True)
 
     def init(self, context: Context) -> SafetyState:
-        """Nothing let through yet."""
+        """State before any pulse."""
         scales = (1e-3, 1e-6, 1e-6, 1e-3, 1e-6, 1e-6, 1e-3)
         every = np.stack([scale * np.broadcast_to(getattr(self, key), self.channels)
                           for key, scale in zip((*_LIMITS, *_BUDGETS), scales, strict=True)], axis=1)
@@ -186,7 +187,7 @@ class Safety(BlockToControl):
                            np.zeros((self.channels, 2)), WatchState())
 
     def next_trial(self, state: SafetyState, context: Context) -> SafetyState:
-        """As at first, but for the charge that was given and the emergency stop."""
+        """Initial state, with the charge given so far and the emergency stop."""
         fresh = self.init(context)
         fresh.dose.total[:] = state.dose.total
         fresh.stopped = state.stopped
@@ -218,7 +219,7 @@ class Safety(BlockToControl):
 
     def _trouble(self, state: SafetyState, stimulation: Sample, posture: Sample, sd: Sample,
                  aligned: Sample, now_ns: int) -> tuple[str, str]:
-        """(status, detail) of what forbids stimulation; `SOUND` if nothing does."""
+        """Status and detail of the reason against stimulation; `SOUND` without one."""
         tracker = SOUND
         if self.joints:
             tracker = self.watchdog.look(state.watch, posture, sd, now_ns, self.max_age_ms,
@@ -236,7 +237,7 @@ class Safety(BlockToControl):
         return tracker
 
     def _ramp(self, state: SafetyState, now_ns: int) -> Array:
-        """The last good pulses, shortened linearly to nothing."""
+        """Last sound pulses, shortened linearly to zero."""
         if state.ramp_from_ns < 0:
             state.ramp_from_ns = now_ns
         elapsed_ms = (now_ns - state.ramp_from_ns) / NS_PER_MS
@@ -246,7 +247,7 @@ class Safety(BlockToControl):
         return pulses
 
     def _report(self, state: SafetyState, hit: int, tick: Tick) -> None:
-        """Tell the limitations that begin with this tick."""
+        """Report the limits that begin to act at this tick."""
         for bit, status, detail in kernel.LIMITED:
             if hit & ~state.hit & bit:
                 tick.report(status, detail)

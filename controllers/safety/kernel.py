@@ -1,4 +1,4 @@
-"""The arithmetic of the safety limits, channel by channel."""
+"""Arithmetic of the safety limits of each channel, and the watchdog of the tracker."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from fesloop.loop.signals import NEVER, Sample
 
 Array = NDArray[np.float64]
 TEST_LOAD_OHM = 500.0
-"""Load of IEC 60601-2-10 into which the energy of a pulse is reckoned."""
+"""Load of IEC 60601-2-10, for the energy of a pulse."""
 PHASES = 2.0
 """Both phases of a biphasic pulse deliver energy."""
 SIGN, CURRENT, WIDTH, CHARGE, ENERGY, SLEW, RATE, TOTAL = 1, 2, 4, 8, 16, 32, 64, 128
-"""Bits of what was limited."""
+"""Bits of the limits that acted."""
 LIMITED = ((SIGN, "negative", "a negative current or width: no pulse"),
            (CURRENT, "current_limited", "current above its limit"),
            (WIDTH, "width_limited", "pulse width above its limit"),
@@ -30,22 +30,22 @@ LIMITED = ((SIGN, "negative", "a negative current or width: no pulse"),
            (SLEW, "slew_limited", "charge rises faster than its limit"),
            (RATE, "charge_rate_limited", "the charge of one second is used up"),
            (TOTAL, "charge_exhausted", "the charge of the whole run is used up"))
-"""Status and detail of each."""
+"""Status and detail of each bit."""
 ROUND_OFF = 1e-3
-"""Of a period: ticks lie on whole ns."""
+"""Tolerance as a share of a period: ticks lie on whole ns."""
 _SHAVE = 1.0 - 2.0**-51
-"""Takes a rounded quotient below the limit that it was made for."""
+"""Factor that brings a rounded quotient below its limit."""
 _SHAVE_SUM = 1.0 - 2.0**-40
 """The same for sums of up to thousands of messages, in whatever order they are added."""
 
 
 @compiled
 def limit_pulses(wanted: Array, limits: Array, charges: Array) -> tuple[int, Array]:
-    """(bits of what was limited, pulses (channels, 2) within the limits).
+    """Bits of the limits that acted, and pulses (channels, 2) within the limits.
 
     Parameters
     ----------
-    wanted: (channels, 2), finite, A and s.
+    wanted: (channels, 2), requested pulses, finite, A and s.
     limits: (channels, 5): current A, width s, charge C, energy J, rise of charge C a tick.
     charges: (channels,), charge per phase of the tick before, C; updated in place.
     """
@@ -83,16 +83,16 @@ def limit_pulses(wanted: Array, limits: Array, charges: Array) -> tuple[int, Arr
 @compiled
 def limit_dose(pulses: Array, charges: Array, phases: float, second: Array, total: Array,
                budgets: Array) -> int:
-    """Shorten pulses to what is left of the budgets; bits of what was limited.
+    """Shorten pulses to the remaining charge; return the bits of the limits that acted.
 
     Parameters
     ----------
     pulses: (channels, 2), A and s; shortened in place.
     charges: (channels,), charge per phase of `pulses`, C; updated in place.
-    phases: how many of a message's pulses are given before the next message.
-    second: (channels,), what was given within the window that ends with this message, C.
-    total: (channels,), what was given before this message, C; this message's is added.
-    budgets: (channels, 2): in the window, in all, C.
+    phases: number of pulses that the device gives of a message before the next one.
+    second: (channels,), charge given in the window that ends with this message, C.
+    total: (channels,), charge given before this message, C; this message's is added.
+    budgets: (channels, 2), limits in the window and in total, C.
     """
     hit = 0
     for i in range(pulses.shape[0]):
@@ -110,7 +110,7 @@ def limit_dose(pulses: Array, charges: Array, phases: float, second: Array, tota
 
 @compiled
 def fall(pulses: Array, charges: Array) -> None:
-    """Shorten pulses (channels, 2) to the charge of the tick before, in place; `charges` becomes theirs."""
+    """Shorten pulses (channels, 2) to the charge of the tick before, and update `charges`, in place."""
     for i in range(pulses.shape[0]):
         if pulses[i, 0] * pulses[i, 1] > charges[i]:
             pulses[i, 1] = charges[i] / pulses[i, 0] * _SHAVE
@@ -123,12 +123,12 @@ class Dose:
 
     Attributes
     ----------
-    budgets: as `limit_dose` takes them; never written to.
-    frequency_hz: of the device, which repeats each message at it.
-    phases: pulses that the device gives of each message.
-    given: (ticks of a second, channels), C of each message, by its number modulo their count.
-    total: (channels,), C since the run began.
-    index, time_ns: of the tick before, and its instant.
+    budgets: constant argument of `limit_dose`.
+    frequency_hz: rate at which the device repeats each message.
+    phases: number of pulses of each message.
+    given: (ticks of a second, channels), charge of each message, C, at its number modulo their count.
+    total: (channels,), charge since the run began, C.
+    index, time_ns: number and instant of the tick before.
     """
 
     budgets: Array
@@ -140,7 +140,7 @@ class Dose:
     time_ns: int = 0
 
     def book_repeated(self, charges: Array, now_ns: int) -> None:
-        """Add what the device gave of `charges` beyond the period of the tick before, if this one is late."""
+        """Add the charge that the device repeated after the last tick's period, if this tick is late."""
         pulses = self.frequency_hz * (now_ns - self.time_ns) / NS_PER_S - self.phases
         if self.index >= 0 and pulses > ROUND_OFF * self.phases:
             self.given[self.index % len(self.given)] += pulses * charges
@@ -148,7 +148,7 @@ class Dose:
         self.time_ns = now_ns
 
     def limit(self, pulses: Array, charges: Array, index: int) -> int:
-        """Shorten what the budgets do not hold, and book the rest; bits of what was limited."""
+        """Shorten pulses to the remaining charge and book them; return the bits of the limits that acted."""
         ticks = len(self.given)
         for skipped in range(max(self.index + 1, index - ticks + 1), index + 1):
             self.given[skipped % ticks] = 0.0
@@ -164,15 +164,15 @@ SOUND = ("", "")
 
 @dataclass(slots=True, eq=False)
 class WatchState:
-    """What is remembered of the tracker.
+    """State of the watchdog.
 
     Attributes
     ----------
-    last: posture read last; None before any.
-    newest_ns: newest capture behind it.
-    changed_ns: newest capture of the posture that was the last to differ from the one before.
-    fault: status that keeps stimulation off, "" for none.
-    sound_ns: since when the tracker has been sound again; NEVER while it is not.
+    last: last posture; None before the first.
+    newest_ns: its newest capture.
+    changed_ns: newest capture of the last posture that differed from the one before.
+    fault: status that prevents stimulation; "" for none.
+    sound_ns: instant from which the tracker has been sound again; NEVER while it is not.
     """
 
     last: Array | None = None
@@ -184,17 +184,17 @@ class WatchState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Watchdog:
-    """When a tracker counts as failed.
+    """Limits beyond which a tracker counts as failed.
 
     Attributes
     ----------
     silence_ms: longest time without a new message (chosen: two periods of 40 Hz).
-    frozen_ms: for how long fresh captures may hold the same posture to the last bit; 0: not watched, as for
-        noise-free trackers of a hand that rests (chosen: two samples of 100 Hz; real samples have noise).
-    rate_max_deg_s: fastest physiological angle (chosen: half as fast again as a flicked finger's 1000).
-    jump_deg: what may be added to that between two samples (chosen: a tracker's own corrections).
+    frozen_ms: longest time in which new captures may have the same posture to the last bit; 0: no limit, for
+        noise-free trackers of a resting hand (chosen: two samples of 100 Hz; real samples have noise).
+    rate_max_deg_s: fastest physiological rate (chosen: 1.5 times a flicked finger's 1000).
+    jump_deg: additional change allowed between two samples (chosen: a tracker's own corrections).
     sd_max_deg: greatest standard deviation of an angle (chosen: posture unknown, not merely inexact).
-    recover_s: after so long of sound samples stimulation may begin anew; 0: not in this trial.
+    recover_s: duration of sound samples after which stimulation may restart; 0: not in this trial.
     """
 
     silence_ms: float = 50.0
@@ -215,10 +215,10 @@ class Watchdog:
 
     def look(self, state: WatchState, posture: Sample, sd: Sample, now_ns: int, max_age_ms: float,
              stimulating: bool) -> tuple[str, str]:
-        """(status, detail) of what keeps stimulation off now, `SOUND` if nothing; remembers what is read.
+        """Status and detail of the reason against stimulation, `SOUND` without one; records the input.
 
-        What happens while nothing is stimulated, such as a tracker finding its posture, passes when it is
-        over; what happens under stimulation lasts, as a tracker that jumped and stands still looks sound.
+        A fault without stimulation, such as a tracker that settles, ends when it is over; a fault under
+        stimulation persists, because a tracker that jumped and then stays still looks sound.
         """
         found = self._present(posture, sd, now_ns, max_age_ms)
         if found == SOUND:
@@ -237,7 +237,7 @@ class Watchdog:
         return state.fault, "the tracker failed"
 
     def _present(self, posture: Sample, sd: Sample, now_ns: int, max_age_ms: float) -> tuple[str, str]:
-        """Whether there is a posture at all that can be read."""
+        """Faults of a missing, old, non-finite or uncertain posture."""
         if not posture.present:
             return "no_posture", "no posture has arrived: no stimulation"
         if not is_finite(posture.value):
@@ -251,7 +251,7 @@ class Watchdog:
         return SOUND
 
     def _plausible(self, state: WatchState, posture: Sample) -> tuple[str, str]:
-        """Whether a hand can have moved so since the posture read before; takes this one in."""
+        """Faults of a change that no hand makes, or of a frozen posture; records the posture."""
         value, before = cast(Array, posture.value), state.last
         if before is not None and posture.newest_ns == state.newest_ns and np.array_equal(before, value):
             return SOUND
@@ -267,5 +267,6 @@ class Watchdog:
             return "posture_jumped", f"{moved_deg:.3g} deg within {1e3 * elapsed_s:.3g} ms: ramp to zero"
         frozen_ns = posture.newest_ns - state.changed_ns
         if self.frozen_ms > 0.0 and frozen_ns >= self.frozen_ms * NS_PER_MS:
-            return "posture_frozen", f"not a bit has changed for {frozen_ns / NS_PER_MS:.3g} ms: ramp to zero"
+            return "posture_frozen", (f"posture is exactly constant for {frozen_ns / NS_PER_MS:.3g} ms: "
+                                      "ramp to zero")
         return SOUND

@@ -1,1 +1,1 @@
-"""What trackers know of the body: segments, joints, and what joints say about orientations."""
+"""Model of the body for trackers: segments, joints, and their constraints on orientations."""

@@ -1,4 +1,4 @@
-"""What every tracker knows of the body that wears its sensors: segments, who has a sensor, fingertips."""
+"""Body model of trackers: segments, their sensors, fingertips."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from fesloop.loop.signals import Port, Sensors
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 UNSEEN_SD = math.pi
-"""Of an angle of which nothing is known, rad."""
+"""Sd of an unknown angle, rad."""
 _ROOT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
@@ -33,11 +33,11 @@ class Body:
 
     Attributes
     ----------
-    tree: of all segments.
-    sensed: (n,), index of the segment that each sensor sits on.
-    sensors: (segments,), number of the sensor on each segment, -1 where there is none.
-    tips: (t,), index of each segment that carries no other, in the tree's order: the fingertips' bones.
-    joints: (segments,), name of the joint by which each segment hangs on its parent, "" for the root.
+    tree: tree of all segments.
+    sensed: (n,), index of the segment of each sensor.
+    sensors: (segments,), number of the sensor on each segment; -1 for none.
+    tips: (t,), index of each segment without children, in the tree's order: the fingertips' bones.
+    joints: (segments,), name of the joint of each segment with its parent; "" for the root.
     """
 
     tree: SegmentTree
@@ -47,7 +47,7 @@ class Body:
     joints: tuple[str, ...]
 
     def seen(self) -> NDArray[np.bool_]:
-        """Whether both segments of each segment's joint have a sensor, (segments,); the root's has none."""
+        """Mask (segments,) of joints with a sensor on both segments; false for the root."""
         parents = self.tree.layout[:, 0]
         return np.asarray((parents >= 0) & (self.sensors >= 0) & (self.sensors[parents] >= 0))
 
@@ -55,20 +55,20 @@ class Body:
 def body_of(
     sensors: int, hand: HandSize, segments: tuple[Segment, ...], sensed: tuple[str, ...]
 ) -> Body:
-    """The body that wears `sensors` sensors.
+    """Body with `sensors` sensors.
 
     Parameters
     ----------
-    hand: its size, where `segments` is empty.
+    hand: size of the hand, where `segments` is empty.
     segments: another tree in place of the hand's.
-    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every segment,
-        or every one but the root, as the number of sensors says.
+    sensed: names of the sensors' segments, in the order of the samples; empty: every segment, or every one
+        but the root, depending on the number of sensors.
 
     Raises InputError for unknown or repeated names, for another number of names than of sensors, and for a
-    hand beside another tree.
+    hand together with another tree.
     """
     if segments and hand != HandSize():
-        raise InputError("hand", "given beside segments", "one of the two", "leave one out")
+        raise InputError("hand", "is given together with segments", "one of the two", "remove one")
     tree = SegmentTree(segments) if segments else hand_tree(hand)
     names = sensed or _usual(tree, sensors)
     if len(names) != sensors:
@@ -90,13 +90,13 @@ def body_of(
 
 
 def _usual(tree: SegmentTree, sensors: int) -> tuple[str, ...]:
-    """All segments, or all but the root."""
+    """Names of all segments, or of all but the root."""
     count = len(tree.segments)
     if sensors not in (count, count - 1):
         wired = "1 sensor is wired" if sensors == 1 else f"{sensors} sensors are wired"
         raise InputError("sensed", f"is empty, and {wired}",
                          f"a name for each sensor, of {', '.join(tree.names)}",
-                         "name the segments that the sensors sit on, and give `segments` where it is no hand")
+                         "name the sensors' segments, and give `segments` for a body that is not a hand")
     return tree.names[count - sensors:]
 
 
@@ -140,12 +140,14 @@ def place_tips(
 
 @compiled
 def fill_lever(q: Array, offset: Array, origin: Array, tip: Array, lever: Array) -> None:
-    """Fill `lever` (3, 3), m/rad: how a tip moves with the error d of a segment's joint, R [d]x r.
+    """Fill `lever` (3, 3), m/rad: derivative of a tip by the error d of a segment's joint, R [d]x r.
 
     Parameters
     ----------
-    q: (4,), segment to root. offset: (3,), m, the segment's frame from the joint's centre, in its own axes.
-    origin, tip: (3,), m, of the segment's frame and of the tip, in the root's frame, as is the lever.
+    q: (4,), segment to root.
+    offset: (3,), m, from the joint's centre to the segment's frame, in its axes.
+    origin, tip: (3,), m, positions of the segment's frame and of the tip in the root's frame, as the lever
+        is.
     """
     turn = (q[0], q[1], q[2], q[3])
     x, y, z = turned(turn, offset[0], offset[1], offset[2])
@@ -160,7 +162,7 @@ def spread_tips(
     layout: Numbers, geometry: Array, orientations: Array, positions: Array, covariance: Array, tips: Numbers,
     sd: Array
 ) -> None:
-    """Fill `sd` (t, 3), m, of each fingertip in the root's frame.
+    """Fill the sd (t, 3), m, of each fingertip in the root's frame.
 
     Parameters
     ----------
@@ -193,11 +195,11 @@ def _quadratic(row: Array, covariance: Array) -> float:
 
 T = TypeVar("T")
 _CHAIN = 5
-"""Sensors that trackers take for the chain of the set chain5 where nothing is said of them."""
+"""Number of sensors that trackers take for the chain of the set chain5 by default."""
 
 
 def stated_by(sources: Mapping[str, Sensors]) -> Sensors:
-    """What all inputs of a tracker state of their sensors; raises InputError where they differ."""
+    """Sensors of all inputs of a tracker; raises InputError where they differ."""
     (name, first), *others = sources.items()
     for other, stated in others:
         if stated != first:
@@ -212,9 +214,9 @@ def _listed(stated: Sensors) -> str:
 
 
 def stated_pairs(own: Pairs, stated: Sensors) -> Pairs:
-    """The pairs of sensors that are joints: the tracker's own, of the stated ones, or all of these.
+    """Pairs of sensors with a joint: the tracker's own, if they are stated, or all stated ones.
 
-    Raises InputError for a pair that is not stated, and for three or more sensors of which none is.
+    Raises InputError for a pair that is not stated, and for three or more sensors without stated pairs.
     """
     if not stated.pairs:
         if not own and len(stated.names) > 2:
@@ -227,12 +229,12 @@ def stated_pairs(own: Pairs, stated: Sensors) -> Pairs:
             ends = f" ({stated.pair_name(pair)})" if all(0 <= k < len(stated.names) for k in pair) else ""
             raise InputError("pairs", f"{list(pair)}{ends} is none of the recording's pairs", ", ".join(
                 f"{list(each)} ({stated.pair_name(each)})" for each in stated.pairs),
-                             "mend the pairs here, or in the recording's layout")
+                             "correct the pairs here, or in the recording's layout")
     return own or stated.pairs
 
 
 def stated_segments(sensed: tuple[str, ...], known: Sequence[str], stated: Sensors) -> tuple[str, ...]:
-    """The segments that sensors sit on: the names of the sensors, where these are segments.
+    """Segments of the sensors: the names of the sensors, where these are segments.
 
     Raises InputError where the tracker names others.
     """
@@ -240,26 +242,26 @@ def stated_segments(sensed: tuple[str, ...], known: Sequence[str], stated: Senso
         return sensed
     if sensed and sensed != stated.names:
         raise InputError("sensed", f"names {', '.join(sensed)}", ", ".join(stated.names),
-                         "the samples come from sensors of these names: leave sensed out, or mend it")
+                         "the samples come from sensors of these names: remove sensed, or correct it")
     return stated.names
 
 
 def require_stated_tree(parents: Mapping[int, set[int]], stated: Sensors, where: str) -> None:
-    """Raise InputError where a tracker hangs a sensor on another one than the recording states.
+    """Raise InputError where a tracker gives a sensor another parent than the recording states.
 
-    `parents`: of each sensor those that the tracker hangs it on; of some that have none it may be empty.
+    `parents`: parents of each sensor in the tracker; may be empty for sensors without one.
     """
     for child, own in parents.items():
         given = {parent for parent, each in stated.pairs if each == child}
         if given and not own & given:
             has = (" and ".join(stated.names[k] for k in sorted(own)) or "nothing")
-            raise InputError(where, f"hangs {stated.names[child]} on {has}", "as the recording states it: "
+            raise InputError(where, f"joins {stated.names[child]} to {has}", "as the recording states it: "
                              + ", ".join(map(stated.pair_name, stated.pairs)),
-                             "mend the tracker's tree, or the pairs in the recording's layout")
+                             "correct the tracker's tree, or the pairs in the recording's layout")
 
 
 def parents_in(body: Body) -> dict[int, set[int]]:
-    """Of each sensor that of the nearest segment towards the root that has one."""
+    """Parent of each sensor: the one on the nearest sensed segment towards the root."""
     found: dict[int, set[int]] = {}
     layout = body.tree.layout
     for number, segment in enumerate(body.sensed.tolist()):
@@ -271,11 +273,11 @@ def parents_in(body: Body) -> dict[int, set[int]]:
 
 
 def worn_as_stated(tracker: T, stated: Sensors) -> T:
-    """A tracker of a body, or of joints alone, whose sensors sit on the segments that they are named after.
+    """Tracker of a body, or of joints alone, with its sensors on the segments of their names.
 
-    Where their names are no segments, the tracker says what they sit on. Raises InputError where it hangs a
-    sensor on another one than is stated, and where nothing is stated of five sensors that it would take for
-    a chain.
+    Where their names are not segments, the tracker names the segments. Raises InputError where it gives a
+    sensor another parent than is stated, and for five sensors without stated pairs, which it would take for a
+    chain.
     """
     given: Any = tracker
     tree = SegmentTree(given.segments) if given.segments else hand_tree(given.hand)

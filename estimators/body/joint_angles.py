@@ -1,7 +1,7 @@
 """Joint angles from the orientations of neighbouring segments, and the initial pose that aligns them.
 
 Without magnetometers the heading of each sensor is arbitrary. In a known initial pose the heading of each
-child relative to its parent is known, and the offset found then is removed from there on (initial-pose
+child relative to its parent is known, and its offset is removed afterwards (initial-pose
 alignment, Salchow-Hoemmen et al. 2019, doi 10.3390/s19010208, section 2.4.2).
 """
 
@@ -35,7 +35,7 @@ def flexion_angles(orientation: Any, pairs: Any, heading: Any) -> Any:
     ----------
     orientation: (n, 4), segment to earth.
     pairs: (pairs, 2), parent and child.
-    heading: (pairs, 2), cosine and sine of half the heading by which the child is to be turned.
+    heading: (pairs, 2), cosine and sine of half the child's heading offset.
     """
     angles = np.empty(pairs.shape[0])
     for k in range(pairs.shape[0]):
@@ -56,7 +56,7 @@ def turned_angle(origin: Any, orientation: Any) -> Any:
 
 
 def heading_offsets(orientation: Array, pairs: NDArray[np.int64], flexion: Array) -> Array:
-    """Headings that turn each child into the known pose, for `flexion_angles`: (pairs, 2).
+    """Heading offsets that bring each child to the known pose, for `flexion_angles`: (pairs, 2).
 
     Parameters
     ----------
@@ -71,24 +71,24 @@ def heading_offsets(orientation: Array, pairs: NDArray[np.int64], flexion: Array
 
 
 def no_offsets(pairs: int) -> Array:
-    """Headings that turn nothing, (pairs, 2)."""
+    """Heading offsets of zero, (pairs, 2)."""
     return np.tile([1.0, 0.0], (pairs, 1))
 
 
 def resolve_pairs(pairs: Pairs, sensors: int) -> Pairs:
     """The pairs, or each sensor with its successor where none are given.
 
-    Raises InputError for a pair that names no two of the sensors.
+    Raises InputError for a pair without two different sensors.
     """
     for pair in pairs:
         if not all(0 <= end < sensors for end in pair) or pair[0] == pair[1]:
-            raise InputError("pairs", f"{list(pair)} is no pair of {sensors} sensors",
+            raise InputError("pairs", f"{list(pair)} is not a pair of the {sensors} sensors",
                              f"two different numbers from 0 to {sensors - 1}")
     return pairs or tuple((i, i + 1) for i in range(sensors - 1))
 
 
 def initial_flexion(initial_angles_deg: tuple[float, ...] | None, joints: int) -> Array | None:
-    """The initial pose in rad, (joints,), or None. Raises InputError for a wrong number of angles."""
+    """Initial pose in rad, (joints,), or None. Raises InputError for a wrong number of angles."""
     if initial_angles_deg is None:
         return None
     if len(initial_angles_deg) != joints or not joints:
@@ -102,11 +102,11 @@ def initial_flexion(initial_angles_deg: tuple[float, ...] | None, joints: int) -
 
 
 ALIGNED_PORT = Port("aligned", (1,), "1")
-"""0 while the wearer keeps still in the initial pose, 1 afterwards and for trackers that need none."""
+"""Port that is 0 during the initial pose, 1 afterwards and for trackers without one."""
 
 
 def aligned_value(aligned: bool) -> NDArray[np.float64]:
-    """The value of `aligned`, (1,); read-only."""
+    """Value of `aligned`, (1,); read-only."""
     return _ALIGNED if aligned else _ALIGNING
 
 
@@ -120,23 +120,23 @@ _ALIGNED, _ALIGNING = _constant(1.0), _constant(0.0)
 
 
 _BEYOND = math.radians(60.0)
-"""Beyond a range, from which on an angle is none of the joint (chosen: mounting, tissue and drift that is
-corrected now and then make less)."""
+"""Excess over a range above which an angle is implausible (chosen: mounting, tissue and corrected drift cause
+less)."""
 _LONG_NS = NS_PER_S // 2
-"""For how long (chosen: no filter takes longer to settle from a jump)."""
-_REMEDY = "check signs and order of the axes of both sensors, and how they are strapped on"
+"""Duration of such an excess before it is reported (chosen: filters settle sooner after a jump)."""
+_REMEDY = "check signs and order of the axes of both sensors, and their mounting"
 
 
 class ImplausibleAngles:
-    """Memory of where joint angles are; reports once when one begins to be implausible.
+    """Check of joint angles, which reports once when one begins to be implausible.
 
-    Turns are counted where limits lie a whole turn apart, else an angle is taken next to the middle of them.
+    Turns are counted where limits lie a whole turn apart, else an angle is taken next to their middle.
 
     Parameters
     ----------
-    limits: (a, 2), rad, beyond which an angle is implausible; infinite where nothing is known.
-    names: of the angles.
-    joint: what cannot have them, in words.
+    limits: (a, 2), rad, beyond which an angle is implausible; infinite for none.
+    names: names of the angles.
+    joint: kind of joint, for messages.
     """
 
     __slots__ = ("_before", "_joint", "_limits", "_names", "_since_ns", "_told")
@@ -150,7 +150,7 @@ class ImplausibleAngles:
         self._told = np.zeros(len(limits), dtype=np.bool_)
 
     def note(self, angles: Array, tick: Tick) -> None:
-        """Look at the angles (a,), rad, of a tick."""
+        """Check the angles (a,), rad, of a tick."""
         if not _implausible(angles, self._limits, tick.time_ns, self._before, self._since_ns, self._told):
             return
         for k in np.flatnonzero((self._since_ns >= 0) & ~self._told
@@ -161,7 +161,7 @@ class ImplausibleAngles:
 
 
 def of_tree(tree: SegmentTree) -> ImplausibleAngles:
-    """Of all freedoms of a tree, by their ranges; those that may turn round are not judged."""
+    """Check of all freedoms of a tree by their ranges, except those that may turn round."""
     low, high = tree.ranges.T
     round_about = high - low > 2.0 * math.pi - 1e-6
     limits = np.column_stack([low - _BEYOND, high + _BEYOND])
@@ -170,14 +170,14 @@ def of_tree(tree: SegmentTree) -> ImplausibleAngles:
 
 
 def of_unknown_joints(names: Sequence[str]) -> ImplausibleAngles:
-    """Of joints of unknown range: none of a hand passes 180 deg."""
+    """Check of joints of unknown range: none of a hand exceeds 180 deg."""
     return ImplausibleAngles(np.tile([-math.pi, math.pi], (len(names), 1)), names, "joint of a hand")
 
 
 @compiled
 def _implausible(angles: Array, limits: Array, now_ns: int, before: Array, since_ns: NDArray[np.int64],
                  told: NDArray[np.bool_]) -> bool:
-    """Whether any may have to be reported; each angle is kept in `before`, and since when it is beyond."""
+    """Whether an angle may have to be reported; updates `before` and the starts of excesses."""
     due = False
     for k in range(angles.size):
         if math.isnan(angles[k]):

@@ -1,7 +1,6 @@
-"""Joints of a tree of segments, and what each of them says about the relative orientation of its two.
+"""Joints of a tree of segments, and their constraints on the relative orientation of two segments.
 
-A hinge leaves one rotation free: its axis, fixed in the parent and in the child, points the same way in
-both.
+A hinge leaves one rotation free: its axis, fixed in the parent and in the child, has one direction in both.
 A saddle leaves two: its axes, one fixed in the parent and one in the child, stay perpendicular. A ball
 joint leaves all three. Any joint may be limited to a range.
 """
@@ -34,20 +33,20 @@ _PERPENDICULAR = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Joint:
-    """A joint between two segments, each with a sensor whose frame is the segment's.
+    """Joint between two segments, each with a sensor whose frame is the segment's.
 
-    Its angles, positive about its axes: a hinge's one is the rotation about `parent_axis`, zero where
-        the child's axes are turned least from the parent's; a saddle's two are those of the rotation
-        about `parent_axis` followed by that about `child_axis` (as the child then has it), zero where
-        both frames coincide; a ball joint's three are the z-x-y Euler angles flexion, abduction,
-        pronation (doi 10.3390/s19010208, eq. 20-22).
+    Its angles are positive about its axes. A hinge's angle is the rotation about `parent_axis`, zero where
+    the child's axes are turned least from the parent's. A saddle's two are those of the rotation about
+    `parent_axis` followed by that about `child_axis` (as the child then has it), zero where both frames
+    coincide. A ball joint's three are the z-x-y Euler angles flexion, abduction, pronation (doi
+    10.3390/s19010208, eq. 20-22).
 
     Attributes
     ----------
     parent, child: numbers of the segments' sensors.
     kind: "hinge", "saddle" or "ball".
     parent_axis, child_axis: directions, of any length above 0, in the parent's and the child's frame;
-        of a saddle perpendicular to each other; a ball joint has no use for them.
+        those of a saddle are perpendicular to each other; a ball joint ignores them.
     ranges_deg: (least, most) of each angle, in their order. Empty: unlimited.
     """
 
@@ -68,7 +67,7 @@ class Joint:
             if not 0.0 < math.hypot(*axis) < math.inf:
                 raise InputError(name, f"{axis} has no direction", "three finite numbers, not all zero")
         if self.kind == "saddle" and abs(float(self.axes[0] @ self.axes[1])) > _PERPENDICULAR:
-            raise InputError("child_axis", f"{self.child_axis} beside {self.parent_axis}",
+            raise InputError("child_axis", f"{self.child_axis} with parent_axis {self.parent_axis}",
                              "for a saddle an axis perpendicular to parent_axis")
         if self.ranges_deg and len(self.ranges_deg) != self.angles:
             raise InputError("ranges_deg", f"has {len(self.ranges_deg)} ranges",
@@ -85,7 +84,7 @@ class Joint:
 
     @property
     def angles(self) -> int:
-        """How many angles it has."""
+        """Number of angles."""
         return KINDS.index(self.kind) + 1
 
 
@@ -100,11 +99,11 @@ class JointTable:
     axes: (joints, 2, 3), in the parent's and the child's frame.
     zero: (joints, 4), child to parent at angle zero.
     ranges: (joints, 3, 2), rad, (least, most) of each angle; infinite where unlimited.
-    first_angle: (joints,), where the angles of each begin in the list of all.
-    angles: how many angles there are in all.
+    first_angle: (joints,), index of each joint's first angle among all.
+    angles: number of all angles.
     roots: (roots,), sensors that are no joint's child.
-    names: of the joints: those of the body's, else "parent-child".
-    unsensed: names of the body's joints that are not among these, for want of a sensor.
+    names: names of the joints: those of the body, else "parent-child".
+    unsensed: names of the body's joints without a sensor on both sides.
     """
 
     ends: NDArray[np.int64]
@@ -120,10 +119,10 @@ class JointTable:
 
 
 def joint_table(joints: tuple[Joint, ...], sensors: int) -> JointTable:
-    """The joints of `sensors` sensors as arrays.
+    """Joints of `sensors` sensors as arrays.
 
-    Raises InputError unless they form trees: every sensor the child of one joint at most, listed after
-        the joint whose child its parent is.
+    Raises InputError unless they form trees: every sensor is the child of at most one joint, listed after its
+    parent's own joint.
     """
     ranges = np.tile([-np.inf, np.inf], (len(joints), 3, 1))
     for row, joint in zip(ranges, joints, strict=True):
@@ -157,14 +156,14 @@ def _roots(joints: tuple[Joint, ...], sensors: int) -> tuple[int, ...]:
     placed = set(range(sensors)) - children
     for number, joint in enumerate(joints):
         if joint.parent not in placed:
-            raise InputError(f"joints[{number}].parent", f"{joint.parent} hangs on no joint before",
+            raise InputError(f"joints[{number}].parent", f"{joint.parent} is the child of no earlier joint",
                              "joints from the root outwards, without a ring", "list its own joint first")
         placed.add(joint.child)
     return tuple(i for i in range(sensors) if i not in children)
 
 
 def _turn(axes: Array) -> Array:
-    """The least rotation that turns the child's axis into the parent's, (4,)."""
+    """Least rotation from the child's axis to the parent's, (4,)."""
     parent, child = axes
     if parent @ child < -1.0 + 1e-12:
         across = np.cross(parent, np.eye(3)[np.argmin(np.abs(parent))])
@@ -180,10 +179,10 @@ CHAIN5 = (Joint(parent=0, child=1, kind="ball"),
 
 
 def joints_of(tree: SegmentTree, sensed: Sequence[str]) -> tuple[Joint, ...]:
-    """Joints between the sensed segments of a tree, their sensors numbered as `sensed` names them.
+    """Joints between the sensed segments of a tree, with sensors numbered in the order of `sensed`.
 
-    A segment whose parent is not sensed, or is joined to it rigidly, is left without a joint: it is a
-    root. Raises InputError for names that are not of the tree, and for a tilted ball joint.
+    A segment whose parent is not sensed, or is joined to it rigidly, is a root without a joint. Raises
+    InputError for unknown names, and for a tilted ball joint.
     """
     numbers = {name: number for number, name in enumerate(sensed)}
     joints = []
@@ -205,7 +204,7 @@ def joints_of(tree: SegmentTree, sensed: Sequence[str]) -> tuple[Joint, ...]:
 
 
 def body_table(body: Body) -> JointTable:
-    """The joints of a body that both have sensors, their angles where the tree has its freedoms."""
+    """Joints of a body with sensors on both sides, with the angles of the tree's freedoms."""
     tree = body.tree
     names = [tree.names[k] for k in body.sensed]
     table = joint_table(joints_of(tree, names), len(names))

@@ -1,4 +1,4 @@
-"""From sensors' frames to segments' frames, and between frames and clocks of systems."""
+"""Calibration of sensors, joints, frames and clocks."""
 
 from typing import TYPE_CHECKING
 

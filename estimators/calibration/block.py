@@ -1,4 +1,4 @@
-"""`segment_calibration`: between inertial sensors and a tracker, samples turned into the segments' frames."""
+"""`segment_calibration`: rotation of samples from the sensors' frames to the segments'."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ METHODS = ("assumed", "flat", "poses")
 
 @dataclass(slots=True, eq=False)
 class SegmentCalibrationState:
-    """Memory of a SegmentCalibration.
+    """State of a SegmentCalibration.
 
     Attributes
     ----------
     rotations: (n, 4), sensor to segment.
-    passing: (n,), sensors whose samples are put out.
-    flat, flexion: what has been gathered of the poses.
-    newest_ns: newest capture read of gyroscopes and accelerometers.
+    passing: (n,), mask of the calibrated sensors.
+    flat, flexion: sums over the poses.
+    newest_ns: newest captures of gyroscopes and accelerometers.
     settled: whether `rotations` are final.
     announced: whether "calibrating" has been reported.
     """
@@ -70,34 +70,34 @@ class SegmentCalibration:
     """Samples in the segments' frames from samples in the sensors' frames.
 
     Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, where there are magnetometers, `mag` (n, 3) T (left
-    without a wire its output is zero). Outputs the same, turned. All outputs carry
-    the stamps of all inputs together, as of any block: where gyroscopes are faster than accelerometers, a
-    tracker behind this one cannot tell held samples from new ones by their stamps.
+    without a wire its output is zero). Outputs are the same, rotated. All outputs carry the stamps of all
+    inputs together, as of any block: where gyroscopes are faster than accelerometers, a tracker after this
+    block cannot distinguish held samples from new ones by their stamps.
 
-    `method` "assumed" turns by the stated `rotations`. "poses" finds the rotations in the first trial of
-    a run (Kortier et al. 2014, doi 10.1186/1743-0003-11-70, eq. 34): the wearer keeps the hand flat with
-    its back upwards throughout `flat_s`, raises it, and flexes every joint of every sensed segment, the
-    thumb's about its own axes, within `flexion_s`. Status "calibrating" until `flexion_s` ends, then
-    "calibrated". A sensor of which a pose cannot be believed is named by "calibration_failed", with what
-    to do.
+    `method` "assumed" rotates by the stated `rotations` or the `calibration`. "poses" finds the rotations in
+    the first trial of a run (Kortier et al. 2014, doi 10.1186/1743-0003-11-70, eq. 34): the wearer keeps the
+    hand flat with its back upwards throughout `flat_s`, raises it, and flexes every joint of every sensed
+    segment, the thumb's about its own axes, within `flexion_s`. Status "calibrating" until `flexion_s` ends,
+    then "calibrated". "calibration_failed" names a sensor with an unusable pose, and the remedy.
 
-    Until calibrated, and for ever where calibration failed, a sensor's outputs are NaN, which trackers
-    take for lost samples.
+    Before calibration, and after a failed one, a sensor's outputs are NaN, which trackers treat as lost
+    samples.
 
     Attributes
     ----------
-    sensors: n; 0 takes it from what is wired.
-    side: of the hand: which way its back points in the segments' frames (fesloop.hand.skeleton).
+    sensors: number n; 0 takes it from the wire.
+    side: side of the hand, which decides where its back points in the segments' frames
+        (fesloop.hand.skeleton).
     method: "assumed", "flat" or "poses".
     rotations: from each sensor's frame to its segment's (w, x, y, z); one for all, or one each; empty: both
-        frames coincide. For "poses", where given, what the poses are held against.
-    assumed: numbers of sensors that keep their stated rotation whatever the poses show, such as that of a
-        forearm that rests on the table.
+        frames coincide. For "poses", where given, the poses are checked against them.
+    assumed: numbers of sensors that keep their stated rotation whatever the poses show, such as a forearm's
+        on the table.
     flat_s, flexion_s: begin and end of the poses, s from the run's start, by the instants of capture (3 s
         flat: doi 10.3390/s19010208, section 2.4.2).
-    verticals: where up is in each segment's frame in the flat pose; empty: dorsal for all.
-    axes: about which each segment turns first in the flexion; empty: +z, flexion, for all.
-    limits: beyond which a pose is refused.
+    verticals: direction upwards in each segment's frame in the flat pose; empty: dorsal for all.
+    axes: first axis of rotation of each segment in the flexion; empty: +z, flexion, for all.
+    limits: limits beyond which a pose is refused.
     sensed: names of the sensors; empty: those of the wired recording, or numbers.
     calibration: rotations by sensor name from `fesloop calibrate`, as { file = "calibration.toml" }, in place
         of `rotations`.
@@ -154,7 +154,7 @@ class SegmentCalibration:
                      for name, unit in (("gyr", "rad/s"), ("acc", "m/s^2"), ("mag", "T")))
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> SegmentCalibration:
-        """The same, which hands on whose samples they are."""
+        """The block with the names of the wired sensors, for its outputs and `calibration`."""
         told = replace(self)
         object.__setattr__(told, "_sensors", next(iter(sources.values())))
         told._stated_rotations()
@@ -171,11 +171,11 @@ class SegmentCalibration:
         return self.calibration.rotations(names)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SegmentCalibration:
-        """The same for the number of sensors wired to it."""
+        """The block for the number of wired sensors."""
         return replace(self, sensors=shapes["gyr"][0])
 
     def init(self, context: Context) -> SegmentCalibrationState:
-        """The stated rotations, final where they are assumed."""
+        """State with the stated rotations, which are final for "assumed"."""
         settled = self.method == "assumed"
         return SegmentCalibrationState(
             rotations=assumed_mounting(self._stated_rotations(), self.sensors),
@@ -183,13 +183,13 @@ class SegmentCalibration:
             flexion=Flexion.of(self.sensors), newest_ns=[NEVER, NEVER], settled=settled)
 
     def next_trial(self, state: SegmentCalibrationState, context: Context) -> SegmentCalibrationState:
-        """What one trial has found holds for the next; an unfinished calibration begins anew."""
+        """Keep a finished calibration for the next trial; restart an unfinished one."""
         return state if state.settled else self.init(context)
 
     def step(
         self, state: SegmentCalibrationState, inputs: Sequence[Sample], tick: Tick
     ) -> tuple[Value, ...]:
-        """One sample of every sensor, turned."""
+        """One rotated sample of every sensor."""
         if not state.settled:
             if not state.announced:
                 tick.report("calibrating", f"flat hand from {self.flat_s[0]:g} to {self.flat_s[1]:g} s, "
@@ -202,7 +202,7 @@ class SegmentCalibration:
         return cast(tuple[Value, ...], turn_samples(state.rotations, state.passing, gyr, acc, mag))
 
     def _gather(self, state: SegmentCalibrationState, inputs: Sequence[Sample]) -> None:
-        """Add what is new to the pose in whose time it was captured."""
+        """Add new samples to the pose in whose window they were captured."""
         flat, flexion = self._window_ns("flat_s"), self._window_ns("flexion_s")
         for kind in range(2):
             sample, before = inputs[kind], state.newest_ns[kind]
@@ -218,7 +218,7 @@ class SegmentCalibration:
                 state.flexion.take((rows - state.flat.bias())[np.newaxis], np.array([elapsed]))
 
     def _settle(self, state: SegmentCalibrationState, tick: Tick) -> None:
-        """Find the rotations, and report what they are worth."""
+        """Compute the rotations, and report their quality."""
         verticals, axes = self._known_directions()
         stated = state.rotations if self.rotations or self.calibration.sensors else None
         faults = flat_faults(state.flat, self.limits, stated, verticals)
@@ -246,7 +246,7 @@ class SegmentCalibration:
             tick.report("calibrated", f"{by_poses.sum()} of {self.sensors} sensors by poses{told}")
 
     def _known_directions(self) -> tuple[Array, Array]:
-        """Upwards in the flat pose and axis of flexion, in the segments' frames, (n, 3) each."""
+        """Direction upwards in the flat pose and axis of flexion, in the segments' frames, (n, 3) each."""
         return (directions(self.verticals, dorsal(self.side), self.sensors, "verticals"),
                 directions(self.axes, FLEXION, self.sensors, "axes"))
 
@@ -259,7 +259,7 @@ class SegmentCalibration:
 
 @compiled
 def turn_samples(rotations: Any, passing: Any, gyr: Any, acc: Any, mag: Any) -> tuple[Any, Any, Any]:
-    """Three kinds of samples (n, 3) turned by quaternions (n, 4), fresh; NaN where not `passing` (n,)."""
+    """Rotate three kinds of samples (n, 3) by quaternions (n, 4); NaN where not `passing` (n,)."""
     rows = np.full((3, passing.size, 3), np.nan)
     for i in range(passing.size):
         if passing[i]:

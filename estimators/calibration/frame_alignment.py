@@ -1,4 +1,4 @@
-"""From one measuring system's frame to another's: by a centre and a rotation, or by what both measured."""
+"""Transformation between the frames of two measuring systems."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from fesloop.hand import quaternion
 Array = NDArray[np.float64]
 _UNIT = 1e-6
 LEAST_SPREAD = 0.03
-"""Second singular value of the vectors over the first, below which they are parallel (chosen: 2 deg)."""
+"""Ratio of the second singular value to the first below which vectors are parallel (chosen: 2 deg)."""
 
 
 class FrameAlignment(NamedTuple):
-    """The way from frame a to frame b.
+    """Transformation from frame a to frame b.
 
     Attributes
     ----------
     rotation: (4,), w x y z, from the coordinates of a to those of b.
     origin: (3,), b's origin in a's coordinates.
-    rms: of what is left: for directions the angle, rad; for points the distance, in their unit.
+    rms: rms residual: for directions the angle, rad; for points the distance, in their unit.
     """
 
     rotation: Array
@@ -32,21 +32,21 @@ class FrameAlignment(NamedTuple):
     rms: float = 0.0
 
     def points(self, positions: ArrayLike) -> Array:
-        """Positions (..., 3) in b from those in a: shifted by -origin, then turned (S19 eq. 29)."""
+        """Positions (..., 3) in b from those in a: shifted by -origin, then rotated (S19 eq. 29)."""
         return quaternion.rotate(self.rotation, np.asarray(positions, dtype=np.float64) - self.origin)
 
     def orientations(self, orientations: ArrayLike) -> Array:
-        """Orientations (..., 4) of anything to b from those to a."""
+        """Orientations (..., 4) relative to b from those relative to a."""
         return quaternion.multiply(self.rotation, orientations)
 
 
 def alignment(rotation: ArrayLike, centre: ArrayLike) -> FrameAlignment:
-    """To the wrist coordinate system, say, from a known rotation and an identified centre.
+    """Transformation with a known rotation and an identified centre, such as to the wrist coordinate system.
 
     As in Salchow-Hoemmen et al. 2019 (doi 10.3390/s19010208, eq. 29): a translation by -centre, then the
     rotation from the optical system to the WCS.
 
-    Raises InputError for what is no unit quaternion or no point.
+    Raises InputError unless they are a unit quaternion and a finite point.
     """
     turn, origin = np.asarray(rotation, dtype=np.float64), np.asarray(centre, dtype=np.float64)
     if turn.shape != (4,) or not abs(float(np.linalg.norm(turn)) - 1.0) <= _UNIT:
@@ -57,11 +57,11 @@ def alignment(rotation: ArrayLike, centre: ArrayLike) -> FrameAlignment:
 
 
 def align_directions(in_a: ArrayLike, in_b: ArrayLike, weights: ArrayLike | None = None) -> FrameAlignment:
-    """The rotation that takes directions (m, 3) as seen in a to the same as seen in b (Wahba's problem).
+    """Least-squares rotation from directions (m, 3) in a to the same directions in b (Wahba's problem).
 
-    Pairs of which one is not finite are left out; `weights` (m,) are 1 by default.
+    Pairs that are not finite are ignored; `weights` (m,) are 1 by default.
 
-    Raises InputError for unequal numbers of them, and for directions that are all parallel.
+    Raises InputError for unequal numbers of directions, and if all are parallel.
     """
     a, b, given = _pairs(in_a, in_b, weights)
     a, b = (_units(rows, name) for rows, name in ((a, "in_a"), (b, "in_b")))
@@ -72,9 +72,9 @@ def align_directions(in_a: ArrayLike, in_b: ArrayLike, weights: ArrayLike | None
 
 
 def align_points(in_a: ArrayLike, in_b: ArrayLike, weights: ArrayLike | None = None) -> FrameAlignment:
-    """The rigid motion that takes points (m, 3) as measured in a to the same as measured in b (Kabsch).
+    """Least-squares rigid motion from points (m, 3) in a to the same points in b (Kabsch).
 
-    Parameters and errors as of `align_directions`; points on one line leave the rotation about it open.
+    Parameters and errors are those of `align_directions`; points on one line are refused too.
     """
     a, b, given = _pairs(in_a, in_b, weights)
     middle_a, middle_b = (np.average(rows, axis=0, weights=given) for rows in (a, b))
@@ -106,7 +106,7 @@ def _units(vectors: Array, where: str) -> Array:
 
 
 def _best_rotation(a: Array, b: Array, weights: Array, fault: str) -> Array:
-    """The least-squares rotation, (4,), from a to b, each (m, 3)."""
+    """Least-squares rotation, (4,), from a to b, each (m, 3)."""
     for rows in (a, b):
         strengths = np.linalg.svd(np.sqrt(weights)[:, np.newaxis] * rows, compute_uv=False)
         if not strengths[1] > LEAST_SPREAD * strengths[0]:

@@ -70,7 +70,7 @@ class CalibrationTask:
     joints: hinges as "PARENT-CHILD"; empty: all pairs of the recording.
     flat_s: begin and end of a rest with the hand flat, back upwards, s; None: there is none. Each hinge
         first flexes after it.
-    side: of the hand: where dorsal is.
+    side: side of the hand, which decides where dorsal is.
     low_pass_hz: cut-off of a low-pass filter before axes are sought, for sensors on soft tissue; 0: none.
     markers: file of marker positions; "": none.
     marker: the marker whose arcs show the centre of rotation.
@@ -140,8 +140,8 @@ class Calibrated:
     Attributes
     ----------
     calibration: everything that was found.
-    refused: a line for each part that nobody named and that could not be found.
-    markers: the markers as they were read, or None.
+    refused: a line for each part that was tried by default and could not be found.
+    markers: markers of the file, or None.
     """
 
     calibration: Calibration
@@ -169,7 +169,7 @@ class Calibrated:
 
 
 class _Attempts:
-    """Faults of the parts that the user named, and of those that were tried unasked."""
+    """Faults of the parts that the user named, and of those tried by default."""
 
     def __init__(self) -> None:
         self.named: list[InputError] = []
@@ -191,7 +191,7 @@ def calibrate_recording(path: str, *, sensor_set: str | None = None, layout: str
 
     Parameters
     ----------
-    path, sensor_set, layout: as of `fesloop.streams.files.open_recording`.
+    path, sensor_set, layout: as in `fesloop.streams.files.open_recording`.
     task: fields of `CalibrationTask`.
 
     Raises InputError for input that cannot be used, for a part that is named in `task` and cannot be found,
@@ -297,8 +297,8 @@ def rotations_from_flat(recording: MotionRecording, hinges: Sequence[HingeCalibr
                         task: CalibrationTask) -> list[SensorRotation]:
     """Orientation of each sensor of a hinge: from the vertical of the flat hand and from the hinge's axis.
 
-    As eq. 34 of doi 10.1186/1743-0003-11-70, with the axis that both sensors show in place of one sensor's
-    rate. The furthest turn of a hinge after the rest counts as flexion, about +z.
+    The method is eq. 34 of doi 10.1186/1743-0003-11-70, with the axis from both sensors in place of one
+    sensor's rate. The furthest turn of a hinge after the rest counts as flexion, about +z.
 
     Raises InputErrors, a line a sensor.
     """

@@ -1,9 +1,9 @@
-"""The initial pose: gyroscope biases, and the heading of each sensor against its neighbour.
+"""Initial pose: gyroscope biases, and the heading of each sensor relative to its neighbour.
 
 For 3 s or more the hand is still, fingers F2 to F5 straight, the thumb straight at a known angle
-(Salchow-Hoemmen et al. 2019, doi 10.3390/s19010208, section 2.4.2). What the gyroscopes read then is bias.
-What the headings of two neighbouring segments differ by, other than the known pose has it, is the sensors':
-it is removed from then on. A pose that cannot be believed is refused, with the sensors that tell.
+(Salchow-Hoemmen et al. 2019, doi 10.3390/s19010208, section 2.4.2). The gyroscopes then read their bias.
+The difference between the measured and the known relative heading of two neighbouring segments is an error of
+the sensors and is removed from then on. An implausible pose is refused, with the names of the sensors.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ Array = NDArray[np.float64]
 
 
 class PoseRecord(NamedTuple):
-    """Sums over the samples of n sensors in a pose; the first axis of `acc` and `acc_counts` is its halves.
+    """Sums over the samples of n sensors in a pose; the first axis of `acc` and `acc_counts` is its half.
 
     Attributes
     ----------
     rates, counts: (n, 3) rad/s, (n,).
-    squares: (n,), rad^2/s^2, of the rates' sizes.
+    squares: (n,), rad^2/s^2, sums of squared sizes of rates.
     acc, acc_counts: (2, n, 3) m/s^2, (2, n).
     mag, mag_counts: (n, 3) T, (n,).
     """
@@ -49,18 +49,18 @@ class PoseRecord(NamedTuple):
     mag_counts: Array
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Reset all sums."""
         for sums in self:
             sums[:] = 0.0
 
 
 class Rest(NamedTuple):
-    """Mean readings of n sensors in a pose; of a sensor that is not `present`, which gave none, they are 0.
+    """Mean readings of n sensors in a pose; those of a sensor that is not `present` are 0.
 
     Attributes
     ----------
     bias: (n, 3), rad/s; acc: (n, 3), m/s^2; mag: (n, 3), T, or None.
-    present: (n,).
+    present: (n,), mask of the sensors with samples.
     """
 
     bias: Array
@@ -70,7 +70,7 @@ class Rest(NamedTuple):
 
 
 def new_record(sensors: int) -> PoseRecord:
-    """Without a sample."""
+    """Empty record."""
     return PoseRecord(np.zeros((sensors, 3)), np.zeros(sensors), np.zeros(sensors), np.zeros((2, sensors, 3)),
                       np.zeros((2, sensors)), np.zeros((sensors, 3)), np.zeros(sensors))
 
@@ -80,12 +80,13 @@ def add_samples(
     gyr: Array, acc: Array, mag: Array, codes: NDArray[np.uint8], fresh: NDArray[np.bool_], half: int,
     rate_limit: float, record: PoseRecord
 ) -> int:
-    """Add samples (n, 3) to a record; the sensor that turns fastest above `rate_limit` (rad/s), else -1.
+    """Add samples (n, 3) to a record; return the fastest sensor above `rate_limit` (rad/s), else -1.
 
     Parameters
     ----------
-    codes: (3, n), LOST of gyr, acc and mag. fresh: (3,), which kinds are new.
-    half: 0 or 1, of the pose.
+    codes: (3, n), LOST for gyr, acc and mag.
+    fresh: (3,), mask of the new kinds.
+    half: half of the pose, 0 or 1.
     """
     fastest, moving = rate_limit * rate_limit, -1
     for s in range(gyr.shape[0]):
@@ -106,7 +107,7 @@ def add_samples(
 
 
 def rest_of(record: PoseRecord, magnetometer: bool) -> Rest:
-    """Mean readings."""
+    """Mean readings of a record. Raises InputError without samples."""
     present = (record.counts > 0) & (record.acc_counts > 0).all(axis=0)
     if magnetometer:
         present &= record.mag_counts > 0
@@ -123,18 +124,19 @@ NO_SAMPLE = "no sensor has given a sample"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InitialPoseLimits:
-    """What a sensor may read in an initial pose that is to be believed.
+    """Limits of a sensor's readings in a plausible initial pose.
 
     Attributes
     ----------
-    rate_deg_s: of any sample; above it the hand moves (chosen: physiological tremor stays below).
+    rate_deg_s: rate of any sample above which the hand moves (chosen: physiological tremor stays below).
     rate_sd_deg_s: sd of the rates about their mean (chosen: a third of it).
-    bias_deg_s: of the mean rate; above it the hand turns slowly (5: zero-rate level, usual of MEMS).
-    turned_deg: between the verticals of the first and of the second half (chosen).
-    gravity: of the mean acceleration's size from gravity, m/s^2 (chosen: above usual bias and scale).
-    tilt_deg: of the inclination against the neighbour's from that in the known pose (chosen: mounting and a
-        not quite straight finger stay below).
-    share: of the pose's samples that a sensor must give at least (chosen).
+    bias_deg_s: mean rate above which the hand turns slowly (5: usual zero-rate level of MEMS).
+    turned_deg: angle between the verticals of the first and of the second half (chosen).
+    gravity: difference of the mean acceleration's size from gravity, m/s^2 (chosen: above usual bias and
+        scale).
+    tilt_deg: difference of the inclination relative to the neighbour from the known pose's (chosen: mounting
+        and a slightly bent finger stay below).
+    share: least share of the pose's samples that a sensor must give (chosen).
     """
 
     rate_deg_s: float = 30.0
@@ -155,13 +157,13 @@ class InitialPoseLimits:
 
 
 class Ties(NamedTuple):
-    """How sensors hang together: the sensor that each is held against, -1 for none, and how in the pose.
+    """Neighbour of each sensor, and its relative orientation in the known pose.
 
     Attributes
     ----------
-    neighbours: (n,).
+    neighbours: (n,), number of each sensor's neighbour; -1 for none.
     relative: (n, 4), from the sensor's segment to its neighbour's, in the known pose.
-    order: (n,), sensors, each after its neighbour.
+    order: (n,), sensors in an order with each after its neighbour.
     """
 
     neighbours: NDArray[np.int64]
@@ -170,7 +172,7 @@ class Ties(NamedTuple):
 
 
 def known_angles(tree: SegmentTree, angles_deg: Mapping[str, float]) -> Array:
-    """Angles (f,), rad, of a pose in which the freedoms not named are 0.
+    """Angles (f,), rad, of a pose; freedoms that are not named are 0.
 
     Raises InputError for unknown names and for angles outside the joint's range.
     """
@@ -185,7 +187,7 @@ def known_angles(tree: SegmentTree, angles_deg: Mapping[str, float]) -> Array:
 
 
 def ties_of(body: Body, angles: Array, present: NDArray[np.bool_]) -> Ties:
-    """Each sensor's tie to the next one that is `present` (n,) towards the root, in a pose (f,), rad."""
+    """Ties of each sensor to the next `present` one (n,) towards the root, in a pose (f,), rad."""
     relative = relative_orientations(body.tree, angles)
     neighbours = np.full(len(body.sensed), -1, dtype=np.int64)
     turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.sensed), 1))
@@ -201,11 +203,11 @@ def ties_of(body: Body, angles: Array, present: NDArray[np.bool_]) -> Ties:
 
 
 def headings(ties: Ties, orientation: Array) -> Array:
-    """By what each sensor is to be turned about the vertical, (n,), rad, so that the known pose results.
+    """Rotation of each sensor about the vertical, (n,), rad, that gives the known pose.
 
     Parameters
     ----------
-    orientation: (n, 4), sensor to earth, as fused, in the pose. Its inclinations are left as they are.
+    orientation: (n, 4), fused orientations, sensor to earth, in the pose; inclinations do not change.
     """
     turns = np.zeros(len(orientation))
     turn_headings(ties.neighbours, ties.relative, ties.order, orientation, turns)
@@ -216,7 +218,7 @@ def headings(ties: Ties, orientation: Array) -> Array:
 def turn_headings(
     neighbours: NDArray[np.int64], relative: Array, order: NDArray[np.int64], orientation: Array, turns: Array
 ) -> None:
-    """Fill `turns` (n,) of `headings`; the other arrays are those of Ties."""
+    """Fill `turns` (n,), the result of `headings`; the other arrays are those of Ties."""
     for s in order:
         above = neighbours[s]
         if above >= 0:
@@ -229,12 +231,13 @@ def turn_headings(
 def faults(
     record: PoseRecord, rest: Rest, body: Body, ties: Ties, limits: InitialPoseLimits, least: int
 ) -> list[str]:
-    """Why a pose is not to be believed, a text a sensor; empty where it is.
+    """Faults of a pose, a text a sensor; empty for a plausible one.
 
     Parameters
     ----------
-    rest: of the record; ties: of the known pose among the sensors that are present.
-    least: samples that each sensor should have given.
+    rest: mean readings of the record.
+    ties: ties of the known pose among the present sensors.
+    least: least number of samples of each sensor.
     """
     if not rest.present.any():
         return [NO_SAMPLE]
@@ -248,7 +251,7 @@ def faults(
 
 
 def sensor_name(body: Body, sensor: int) -> str:
-    """Such as "sensor 3 (F2m)"."""
+    """Name of a sensor, such as "sensor 3 (F2m)"."""
     return f"sensor {sensor} ({body.tree.names[body.sensed[sensor]]})"
 
 
@@ -261,7 +264,7 @@ def _silent(record: PoseRecord, s: int) -> str:
 def _fault(
     record: PoseRecord, rest: Rest, ties: Ties, up: Array, limits: InitialPoseLimits, least: int, s: int
 ) -> str:
-    """Of sensor s, whose neighbour's acceleration would be `up` (3,) here in the known pose."""
+    """Fault of sensor s, with its neighbour's acceleration `up` (3,) in its frame in the known pose."""
     size = float(np.linalg.norm(rest.acc[s]))
     bias = math.degrees(float(np.linalg.norm(rest.bias[s])))
     variance = record.squares[s] / record.counts[s] - float(rest.bias[s] @ rest.bias[s])
@@ -282,7 +285,7 @@ def _fault(
         tilt = _between_deg(up, rest.acc[s])
         if tilt > limits.tilt_deg:
             return (f"is inclined {tilt:.0f} deg off the known pose against sensor {above}: check the pose, "
-                    "its angles, and where the sensor sits")
+                    "its angles, and the sensor's mounting")
     return ""
 
 
@@ -294,16 +297,16 @@ def still_readings(
     body: Body, angles_deg: Mapping[str, float], gyr: ArrayLike, acc: ArrayLike,
     mag: ArrayLike | None = None, *, least: int, limits: InitialPoseLimits | None = None
 ) -> tuple[Rest, Ties]:
-    """Mean readings in a recorded initial pose, and how the sensors are tied in it.
+    """Mean readings in a recorded initial pose, and the ties of its sensors.
 
     Parameters
     ----------
-    angles_deg: of the pose, by freedom; those not named are 0.
+    angles_deg: angles of the pose, by freedom; others are 0.
     gyr, acc, mag: (t, n, 3), rad/s, m/s^2, any unit of field; a row that is not finite is a lost sample.
-    least: samples that the pose takes at least.
+    least: least number of samples of the pose.
 
-    Raises InputError for streams of other shapes or of unequal length, for a pose that is too short, moved,
-    or is not as gravity says, naming the sensors, and as `known_angles`.
+    Raises InputError for streams of other shapes or of unequal length, for a pose that is too short,
+    in motion or contradicts gravity, with the sensors' names, and the errors of `known_angles`.
     """
     limits = limits or InitialPoseLimits()
     kinds = {"gyr": np.asarray(gyr, dtype=np.float64), "acc": np.asarray(acc, dtype=np.float64)}
@@ -336,5 +339,5 @@ def still_readings(
 
 
 def moved(body: Body, sensor: int, rates: Array) -> str:
-    """Text on a sensor that turns at `rates` (3,), rad/s."""
+    """Text for a sensor that turns at `rates` (3,), rad/s."""
     return f"{sensor_name(body, sensor)} moved: {math.degrees(float(np.linalg.norm(rates))):.0f} deg/s"

@@ -1,9 +1,9 @@
-"""The axis of a hinge in the frames of the sensors on its two segments, from any motion of both.
+"""Axis of a hinge in the frames of the sensors on its two segments, from any motion of both.
 
-What two sensors on neighbouring segments of a hinge share: the parts of their rates across the axis are
-equally large, and so, while the joint's rotation is slow, are the parts of their accelerations along it
+Two sensors on neighbouring segments of a hinge have equally large parts of their rates across the axis and,
+while the joint's rotation is slow, equal parts of their accelerations along it
 (Olsson, Kok, Seel and Halvorsen 2020, doi 10.3390/s20123534). Neither a pose nor a magnetometer is needed.
-The rates do not tell the axis from its opposite; the accelerations do.
+The accelerations distinguish the axis of one sensor from its opposite; the rates do not.
 """
 
 from __future__ import annotations
@@ -20,28 +20,27 @@ from fesloop.errors import InputError
 
 Array = NDArray[np.float64]
 _FEW = 300
-"""Samples, evenly picked, on which all starts are tried (chosen)."""
+"""Number of samples for the trial of all starts (chosen)."""
 _STARTS = np.eye(3)
 _LEAST = 50
 _SINGULAR = 1e12
 _RIVALS = 3
-"""How many other minima are looked at on all samples (chosen)."""
+"""Number of other minima that are computed on all samples (chosen)."""
 _SAME = math.cos(math.radians(20.0))
 """Axes closer than this are one minimum (chosen)."""
 
 
 class HingeAxes(NamedTuple):
-    """A hinge's axis as its two sensors see it.
+    """Axis of a hinge in the frames of its two sensors.
 
     Attributes
     ----------
-    axes: (2, 3), unit vectors in the first and second sensor's frame, one direction. Which of the axis' two
-        ends that is cannot be seen: the first one's largest component is positive.
-    sd_deg: (2,), what the residuals imply, deg. They count as independent of each other, which those of
-        soft tissue are not.
-    gyr_rms: of the difference of the rates across the axis, rad/s.
+    axes: (2, 3), unit vectors in the first and second sensor's frame, one direction. The sign of
+        both is arbitrary: the first one's largest component is positive.
+    sd_deg: (2,), sd from the residuals, deg, which count as independent; those of soft tissue are not.
+    gyr_rms: rms of the difference of the rates across the axis, rad/s.
     rival: cost of the best other minimum over the cost of this one, infinite where there is none; near 1 the
-        motion does not tell the two apart.
+        motion does not distinguish the two.
     """
 
     axes: Array
@@ -52,19 +51,19 @@ class HingeAxes(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HingeFit:
-    """How residuals are weighted, and when a fit is refused.
+    """Weights of residuals, and limits beyond which a fit is refused.
 
     Attributes
     ----------
-    gyr_sd, acc_sd: of the two residuals, rad/s and m/s^2 (their ratio, 50, is that of the authors' own
+    gyr_sd, acc_sd: sd of the two residuals, rad/s and m/s^2 (their ratio, 50, is that of the authors' own
         program; their size, of soft tissue, is chosen).
     robust: whether residuals beyond their sd count by their size instead of its square (soft L1), so that
         knocks and fast turns weigh less. Off, the cost is the authors'.
-    most_sd_deg: of an axis that is good enough (chosen: what a sensor's mounting is off anyway,
+    most_sd_deg: greatest sd of an axis (chosen: usual error of a sensor's mounting,
         doi 10.3390/s19010208, section 4).
-    least_rival: of `HingeAxes.rival` (chosen).
+    least_rival: least `HingeAxes.rival` (chosen).
 
-    Raises InputError for what is not positive.
+    Raises InputError for values that are not positive.
     """
 
     gyr_sd: float = 0.02
@@ -83,18 +82,17 @@ USUAL_FIT = HingeFit()
 
 
 def hinge_axes(gyr: ArrayLike, acc: ArrayLike, fit: HingeFit = USUAL_FIT) -> HingeAxes:
-    """The axis of a hinge from samples of the sensors on its two segments.
+    """Axis of a hinge from samples of the sensors on its two segments.
 
-    Every pair of the sensors' own axes is a start, so that no local minimum is taken for the best. Soft
+    Every pair of the sensors' own axes is a start, so that a local minimum is not mistaken for the best. Soft
     tissue moves faster than joints: samples of sensors on it are better low-passed first, both kinds alike.
 
     Parameters
     ----------
     gyr, acc: (m, 2, 3), rad/s and m/s^2, synchronous, each in its sensor's frame. Samples that are not
-        finite are left out.
+        finite are ignored.
 
-    Raises InputError where the samples are too few, or the motion tells too little of the axis or of its
-    direction, with what to do.
+    Raises InputError for too few samples, and where the motion does not determine the axis or its direction.
     """
     rates, forces = _both(gyr, acc)
     found = _best_axes(rates, forces, fit)
@@ -138,7 +136,7 @@ def _best_axes(rates: Array, forces: Array, fit: HingeFit) -> HingeAxes:
 
 
 def _apart(axes: Array, others: Array) -> bool:
-    """Whether two pairs of axes (2, 3) differ, whatever their common sign."""
+    """Whether two pairs of axes (2, 3) differ in more than their common sign."""
     cosines = np.sum(axes * others, axis=1)
     return bool(max(cosines.min(), (-cosines).min()) < _SAME)
 
@@ -149,14 +147,14 @@ def rates_across(rates: Array, axes: Array) -> Array:
 
 
 def hinge_residuals(axes: Array, rates: Array, forces: Array, fit: HingeFit) -> Array:
-    """Of rates, then of accelerations, over their sd, (2 m,)."""
+    """Residuals of rates, then of accelerations, over their sd, (2 m,)."""
     across, along = rates_across(rates, axes), np.sum(forces * axes, axis=2)
     return np.concatenate([(across[:, 0] - across[:, 1]) / fit.gyr_sd,
                            (along[:, 0] - along[:, 1]) / fit.acc_sd])
 
 
 def hinge_slopes(axes: Array, frames: Array, rates: Array, forces: Array, fit: HingeFit) -> Array:
-    """Of the residuals by small turns of each axis towards the two rows of its frame, (2 m, 4)."""
+    """Derivatives of the residuals by small turns of each axis towards its frame's rows, (2 m, 4)."""
     sweep = np.cross(rates, axes)
     size = np.maximum(np.linalg.norm(sweep, axis=2), np.finfo(np.float64).tiny)
     by_rates = np.einsum("mki,mkji->mkj", sweep, np.cross(rates[:, :, np.newaxis], frames))
@@ -192,7 +190,7 @@ def _refined(axes: Array, rates: Array, forces: Array, fit: HingeFit) -> tuple[A
 
 
 def _sd_deg(axes: Array, rates: Array, forces: Array, fit: HingeFit) -> Array:
-    """Sd of both axes in their worst direction, (2,), deg; 180 where nothing is known."""
+    """Sd of both axes in their worst direction, (2,), deg; 180 where it is undetermined."""
     residuals = hinge_residuals(axes, rates, forces, fit)
     # Soft L1 is least squares with these weights.
     weights = 1.0 / np.sqrt(1.0 + residuals**2) if fit.robust else np.ones_like(residuals)

@@ -20,7 +20,7 @@ from fesloop.hand.motion import STANDARD_GRAVITY
 
 
 class SensorFault(NamedTuple):
-    """One fault of one sensor: its number, what was found, what is allowed, what to do."""
+    """Fault of a sensor: its number, the finding, the allowed values, the remedy."""
 
     sensor: int
     found: str
@@ -29,12 +29,12 @@ class SensorFault(NamedTuple):
 
 
 def sensor_name(sensor: int, names: Sequence[str]) -> str:
-    """What messages call a sensor: the segment it sits on, or its number."""
+    """Name of a sensor in messages: its segment, or its number."""
     return names[sensor] if names else f"sensor {sensor}"
 
 
 def fault_errors(faults: Iterable[SensorFault], names: Sequence[str]) -> dict[int, InputError]:
-    """The first fault of every sensor that has one, by its number, in the order of these."""
+    """First fault of every sensor with one, ordered by its number."""
     first: dict[int, InputError] = {}
     for sensor, found, allowed, remedy in faults:
         if sensor not in first:
@@ -55,22 +55,22 @@ Counts = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PoseLimits:
-    """Beyond which a calibration pose is refused.
+    """Limits beyond which a calibration pose is refused.
 
     Attributes
     ----------
-    least_samples: of each sensor in each pose (chosen: half a second at 100 Hz).
-    still_deg_s: rate from which on the flat hand has moved (chosen: above a gyroscope's bias and the tremor
-        of a hand that lies).
-    spread_m_s2: rms deviation of the flat hand's accelerations from their mean, from which on it has moved
+    least_samples: least number of samples of each sensor in each pose (chosen: half a second at 100 Hz).
+    still_deg_s: rate above which the flat hand has moved (chosen: above a gyroscope's bias and the tremor of
+        a resting hand).
+    spread_m_s2: rms deviation of the flat hand's accelerations from their mean above which it has moved
         (chosen: 2 deg of gravity's direction, eight times the noise of doi 10.1186/1743-0003-11-70, Table 1).
-    gravity_m_s2: how far the mean acceleration may be from gravity (chosen: 5 %, the offset and scale error
-        of a sensor of this kind).
-    placement_deg: how far a sensor's vertical and its whole rotation may be from where its stated mounting
-        has them (chosen: three times the 5-10 deg of misalignment in doi 10.3390/s19010208).
-    least_flexion_deg: how far each sensor must turn in the flexion (chosen: a third of a finger's reach).
-    wobble_deg: by how much the flexion may be about other axes (chosen).
-    skew_deg: how far the angle between vertical and flexion axis may be from what it should be (chosen:
+    gravity_m_s2: greatest difference of the mean acceleration from gravity (chosen: 5 %, the offset and scale
+        error of a sensor of this kind).
+    placement_deg: greatest angle of a sensor's vertical, and of its rotation, from the stated mounting
+        (chosen: three times the 5-10 deg of misalignment in doi 10.3390/s19010208).
+    least_flexion_deg: least rotation of each sensor in the flexion (chosen: a third of a finger's reach).
+    wobble_deg: limit of the flexion's rotation about other axes (chosen).
+    skew_deg: greatest error of the angle between vertical and flexion axis (chosen:
         each axis is then within the 5-10 deg of misalignment that a calibration is to remove).
 
     Raises InputError for a limit that is not positive.
@@ -102,8 +102,8 @@ class FlatPose:
 
     Attributes
     ----------
-    offered: samples of gyroscopes and of accelerometers so far, sound or not.
-    gyr_count, acc_count: (n,), sound ones.
+    offered: numbers of samples of gyroscopes and of accelerometers, sound or not.
+    gyr_count, acc_count: (n,), numbers of sound ones.
     gyr_sum, acc_sum: (n, 3), rad/s and m/s^2.
     acc_square: (n,), m^2/s^4.
     fastest: (n,), largest rate, rad/s.
@@ -119,12 +119,12 @@ class FlatPose:
 
     @classmethod
     def of(cls, sensors: int) -> FlatPose:
-        """Before the first sample."""
+        """Empty sums."""
         return cls([0, 0], np.zeros(sensors, np.int64), np.zeros(sensors, np.int64), np.zeros((sensors, 3)),
                    np.zeros((sensors, 3)), np.zeros(sensors), np.zeros(sensors))
 
     def take_gyr(self, gyr: Array) -> None:
-        """Rates (m, n, 3), rad/s."""
+        """Add rates (m, n, 3), rad/s."""
         sound, rates = _sound(gyr, zero_is_lost=False)
         self.offered[0] += len(gyr)
         self.gyr_count += sound.sum(axis=0)
@@ -132,7 +132,7 @@ class FlatPose:
         np.maximum(self.fastest, np.linalg.norm(rates, axis=2).max(axis=0, initial=0.0), out=self.fastest)
 
     def take_acc(self, acc: Array) -> None:
-        """Specific forces (m, n, 3), m/s^2."""
+        """Add specific forces (m, n, 3), m/s^2."""
         sound, forces = _sound(acc, zero_is_lost=True)
         self.offered[1] += len(acc)
         self.acc_count += sound.sum(axis=0)
@@ -140,11 +140,11 @@ class FlatPose:
         self.acc_square += np.sum(forces * forces, axis=(0, 2))
 
     def force(self) -> Array:
-        """Mean specific force, (n, 3), m/s^2; zero where there is none."""
+        """Mean specific force, (n, 3), m/s^2; zero without samples."""
         return np.asarray(self.acc_sum / np.maximum(self.acc_count, 1)[:, np.newaxis])
 
     def vertical(self) -> Array:
-        """Upwards in the sensors' frames, (n, 3); NaN where unknown."""
+        """Direction upwards in the sensors' frames, (n, 3); NaN where unknown."""
         mean = self.force()
         with np.errstate(invalid="ignore"):
             return np.asarray(mean / np.linalg.norm(mean, axis=1, keepdims=True))
@@ -166,10 +166,11 @@ class Flexion:
 
     Attributes
     ----------
-    offered: samples so far, sound or not; count: (n,), sound ones.
-    products: (n, 3, 3), of rates with themselves, rad^2/s^2.
-    turned: (n, 3), integral of the rates, rad: the angle turned about each axis where there is but one.
-    furthest: (n, 3), the longest that `turned` has been.
+    offered: number of samples, sound or not.
+    count: (n,), numbers of sound ones.
+    products: (n, 3, 3), sums of products of rates, rad^2/s^2.
+    turned: (n, 3), integral of the rates, rad: for a single axis the angle about it.
+    furthest: (n, 3), `turned` at its greatest length.
     """
 
     offered: int
@@ -180,12 +181,12 @@ class Flexion:
 
     @classmethod
     def of(cls, sensors: int) -> Flexion:
-        """Before the first sample."""
+        """Empty sums."""
         return cls(0, np.zeros(sensors, np.int64), np.zeros((sensors, 3, 3)), np.zeros((sensors, 3)),
                    np.zeros((sensors, 3)))
 
     def take(self, rates: Array, elapsed_s: Array) -> None:
-        """Rates (m, n, 3), rad/s, without their bias, each `elapsed_s` (m,) after the one before."""
+        """Add rates (m, n, 3), rad/s, without bias, each `elapsed_s` (m,) after the one before."""
         if not len(rates):
             return
         sound, sure = _sound(rates, zero_is_lost=False)
@@ -200,7 +201,7 @@ class Flexion:
         self.turned[:] = path[-1]
 
     def axis(self) -> Array:
-        """Unit vectors (n, 3) about which the sensors turned most, the furthest turn being positive."""
+        """Main axes of rotation, unit vectors (n, 3), about which the furthest turn is positive."""
         axes = np.linalg.eigh(self.products)[1][:, :, 2]
         backwards = np.sum(axes * self.furthest, axis=1) < 0.0
         return np.asarray(np.where(backwards[:, np.newaxis], -axes, axes))
@@ -216,7 +217,7 @@ class Flexion:
 
 
 def _sound(samples: Array, zero_is_lost: bool) -> tuple[NDArray[np.bool_], Array]:
-    """Which of the samples (m, n, 3) are sound, (m, n), and the samples with zero for the others."""
+    """Mask (m, n) of the sound samples (m, n, 3), and the samples with zeros for the others."""
     sound = np.asarray(np.isfinite(samples).all(axis=2))
     if zero_is_lost:
         sound &= samples.any(axis=2)
@@ -227,7 +228,7 @@ def _count_faults(pose: str, kind: str, offered: int, count: Counts, limits: Pos
     allowed = f"{limits.least_samples} or more"
     if offered < limits.least_samples:
         return [SensorFault(i, f"the {pose} was too short: {offered} {kind} samples", allowed,
-                            "hold it for longer") for i in range(count.size)]
+                            "hold it longer") for i in range(count.size)]
     return [SensorFault(int(i), f"lost in the {pose}: {count[i]} sound {kind} samples of {offered}", allowed,
                         "check its cable and repeat the pose")
             for i in np.flatnonzero(count < limits.least_samples)]
@@ -236,12 +237,12 @@ def _count_faults(pose: str, kind: str, offered: int, count: Counts, limits: Pos
 def flat_faults(
     flat: FlatPose, limits: PoseLimits, stated: Array | None, verticals: Array
 ) -> list[SensorFault]:
-    """What is wrong with the flat pose of each sensor.
+    """Faults of the flat pose of each sensor.
 
     Parameters
     ----------
-    stated: (n, 4), mounting that was stated, or None where none was.
-    verticals: (n, 3), upwards in the segments' frames.
+    stated: (n, 4), stated mounting, or None.
+    verticals: (n, 3), direction upwards in the segments' frames.
     """
     faults = _count_faults("flat pose", "gyroscope", flat.offered[0], flat.gyr_count, limits)
     faults += _count_faults("flat pose", "accelerometer", flat.offered[1], flat.acc_count, limits)
@@ -259,7 +260,7 @@ def flat_faults(
         up = quaternion.rotate(stated, flat.vertical())
         tilt = np.degrees(np.arctan2(np.linalg.norm(np.cross(up, verticals), axis=1),
                                      np.sum(up * verticals, axis=1)))
-        faults += [SensorFault(int(i), f"upwards is {tilt[i]:.0f} deg from where the stated mounting has it",
+        faults += [SensorFault(int(i), f"upwards is {tilt[i]:.0f} deg from the stated mounting's",
                                f"within {limits.placement_deg:g} deg",
                                "lay the whole hand flat, or correct `rotations`")
                    for i in np.flatnonzero(tilt > limits.placement_deg)]
@@ -267,7 +268,7 @@ def flat_faults(
 
 
 def flexion_faults(flexion: Flexion, limits: PoseLimits) -> list[SensorFault]:
-    """What is wrong with the flexion of each sensor."""
+    """Faults of the flexion of each sensor."""
     faults = _count_faults("flexion", "gyroscope", flexion.offered, flexion.count, limits)
     reach, wobble = flexion.reach_deg(), flexion.wobble_deg()
     faults += [SensorFault(int(i), f"turned by {reach[i]:.0f} deg in the flexion",

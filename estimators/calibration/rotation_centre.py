@@ -1,4 +1,4 @@
-"""The centre about which a marker turns, such as the wrist's, from the arcs that it draws.
+"""Centre of rotation of a marker, such as the wrist's, from its arcs.
 
 The centre is where the marker's distance deviates least from its mean (Salchow-Hoemmen et al. 2019,
 doi 10.3390/s19010208, eq. 28): the sum of absolute deviations, which a few misplaced samples hardly move.
@@ -19,24 +19,24 @@ _LEAST = 10
 _STEPS = 200
 _HALVINGS = 12
 _FLOOR = 1e-7
-"""Smallest deviation, as a share of the radius, that a weight distinguishes from none."""
+"""Smallest deviation, as a share of the radius, for the weights."""
 _NOISE_RATIO = 4.0
-"""By how much the arcs must leave a plane, over the scatter of the distances (chosen)."""
+"""Least departure of the arcs from a plane, relative to the scatter of the distances (chosen)."""
 LEAST_SPREAD = math.sin(math.radians(2.0))
-"""Rms by which directions to the centre must vary in every direction (chosen: arcs of 2 deg rms)."""
+"""Least rms variation of the directions to the centre along any axis (chosen: arcs of 2 deg rms)."""
 
 
 class RotationCentre(NamedTuple):
-    """Where a marker's arcs have their centre.
+    """Centre of a marker's arcs.
 
     Attributes
     ----------
     centre: (3,), in the frame and unit of the positions.
-    radius: mean distance.
-    deviation: mean absolute deviation from it (eq. 28 over the number of samples).
-    spread: rms by which the directions from the centre vary along `weakest`; 0: arcs in one plane.
+    radius: mean distance from it.
+    deviation: mean absolute deviation from the radius (eq. 28 over the number of samples).
+    spread: rms variation of the directions from the centre along `weakest`; 0: arcs in one plane.
     weakest: (3,), unit vector along which the centre is known worst.
-    sd: of the centre along `weakest`, were the deviations independent of each other.
+    sd: sd of the centre along `weakest`, if the deviations are independent of each other.
     """
 
     centre: Array
@@ -48,20 +48,20 @@ class RotationCentre(NamedTuple):
 
 
 def rotation_centre(positions: ArrayLike, least_spread: float = LEAST_SPREAD) -> RotationCentre:
-    """The centre of rotation of a marker.
+    """Centre of rotation of a marker.
 
-    From the algebraic least-squares sphere on, least squares with weights of one over the deviation, which
-    ends where the sum of absolute deviations is least.
+    Least squares with weights of one over the deviation, from the algebraic least-squares sphere, converges
+    to the least sum of absolute deviations.
 
     Parameters
     ----------
-    positions: (m, 3), in any unit, in a frame that the centre does not move in; NaN where unknown. They
+    positions: (m, 3), in any unit, in a frame in which the centre is fixed; NaN where unknown. They
         should come from movements about more than one axis (S19: flexion and extension, then ulnar and
         radial deviation).
-    least_spread: of the directions to the centre, as of `RotationCentre.spread`.
+    least_spread: least `RotationCentre.spread`.
 
-    Raises InputError for too few positions, and where they lie on one arc, whose centre may be anywhere
-    along the normal of its plane.
+    Raises InputError for too few positions, and for a single arc, whose centre may be anywhere along the
+    normal of its plane.
     """
     points = np.asarray(positions, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
@@ -78,7 +78,7 @@ def rotation_centre(positions: ArrayLike, least_spread: float = LEAST_SPREAD) ->
     radius = float(distances.mean())
     deviations = np.abs(distances - radius)
     deviation = float(deviations.mean())
-    # The median holds out against outliers; 1.4826 makes it the sd of normal deviations.
+    # The median is robust to outliers; the factor 1.4826 gives the sd of normal deviations.
     scatter = 1.4826 * float(np.median(deviations))
     slopes = _slopes(away, distances)
     _, strengths, axes = np.linalg.svd(slopes, full_matrices=False)
@@ -87,14 +87,14 @@ def rotation_centre(positions: ArrayLike, least_spread: float = LEAST_SPREAD) ->
     if not spread > needed:
         raise InputError(
             "positions", f"lie on one arc: directions to the centre vary by {spread:.4f} rad along "
-                         f"{np.round(axes[2], 2).tolist()}, along which it may be anywhere",
+                         f"{np.round(axes[2], 2).tolist()}, along which the centre is unknown",
             f"more than {needed:.4f} rad",
             "move about another axis as well: flexion and extension, then ulnar and radial deviation")
     return RotationCentre(centre, radius, deviation, spread, axes[2], scatter / float(strengths[2]))
 
 
 def _algebraic_centre(points: Array) -> Array:
-    """Centre of the sphere that fits squared distances best: linear in the centre, so it needs no start."""
+    """Centre of the sphere that fits squared distances best: linear in the centre, without a start."""
     middle = points.mean(axis=0)
     size = max(float(np.abs(points - middle).max()), np.finfo(np.float64).tiny)
     scaled = (points - middle) / size
@@ -105,13 +105,13 @@ def _algebraic_centre(points: Array) -> Array:
 
 
 def deviation_sum(points: Array, centre: Array) -> float:
-    """What eq. 28 of doi 10.3390/s19010208 minimises, for positions (m, 3) and a centre (3,)."""
+    """Objective of eq. 28 of doi 10.3390/s19010208, for positions (m, 3) and a centre (3,)."""
     distances = np.linalg.norm(points - centre, axis=1)
     return float(np.abs(distances - distances.mean()).sum())
 
 
 def _least_deviation(points: Array, start: Array) -> Array:
-    """Minimum of `deviation_sum` by reweighted least squares, each step shortened until it gains."""
+    """Minimum of `deviation_sum` by reweighted least squares, each step shortened until the sum falls."""
     centre, cost = start, deviation_sum(points, start)
     for _ in range(_STEPS):
         away = points - centre
@@ -132,6 +132,6 @@ def _least_deviation(points: Array, start: Array) -> Array:
 
 
 def _slopes(away: Array, distances: Array) -> Array:
-    """Of the deviations, by a shift of all points against the centre, (m, 3)."""
+    """Derivatives of the deviations by a shift of all points, (m, 3)."""
     units = away / np.maximum(distances, np.finfo(np.float64).tiny)[:, np.newaxis]
     return np.asarray(units - units.mean(axis=0))

@@ -1,11 +1,10 @@
-"""How each sensor is turned against its segment: by two poses of the wearer, or by assumption.
+"""Orientation of each sensor on its segment, from two poses of the wearer or as stated.
 
-Two directions that are known in a segment's frame and measured in its sensor's fix the rotation between
+Two directions that are known in a segment's frame and measured in its sensor's determine the rotation between
 them: upwards while the hand lies flat, and the axis about which it then flexes (Kortier et al. 2014,
 doi 10.1186/1743-0003-11-70, eq. 34). The equation as printed maps segment to sensor, and is no rotation
-unless the two measured axes are perpendicular; here its inverse is given, and what the two lack in
-perpendicularity is shared equally between them. What is gathered of the poses stands in
-`estimators.calibration.poses`.
+unless the two measured axes are perpendicular; here its inverse is used, and the departure of the two from
+perpendicularity is shared equally between them. `estimators.calibration.poses` sums up the poses.
 """
 
 from __future__ import annotations
@@ -35,22 +34,21 @@ Side = Literal["left", "right"]
 FLEXION = (0.0, 0.0, 1.0)
 """Axis of flexion in every segment's frame, of both hands (fesloop.hand.skeleton)."""
 _PARALLEL = 0.1
-"""Sine of the least angle between two known directions that fix a rotation (chosen: 6 deg)."""
+"""Sine of the least angle between two directions that determine a rotation (chosen: 6 deg)."""
 _UNIT = 1e-6
 
 
 class Mounting(NamedTuple):
-    """How n sensors sit on their segments.
+    """Orientations of n sensors on their segments.
 
     Attributes
     ----------
     rotations: (n, 4), sensor to segment, w x y z.
-    skew_deg: (n,), how far the angle between the two measured axes was from what it should be (for K14's
-        two, from perpendicular), deg, with its sign: each of the axes is then off by half of it.
-    wobble_deg: (n,), by how much the flexion was not about one axis, deg; 0: about one alone.
-    quality: (n,), in [0, 1]: how well the two poses fit a single axis at the right angle, cos(skew)
-        cos(wobble). It cannot show a flexion that was pure about a wrong axis at right angles to the
-        vertical.
+    skew_deg: (n,), signed error of the angle between the two measured axes (for K14's two: from 90 deg), deg;
+        each of the axes is off by half of it.
+    wobble_deg: (n,), rotation of the flexion about other axes, deg; 0: about one alone.
+    quality: (n,), in [0, 1], cos(skew) cos(wobble): fit of the two poses to a single axis at the right angle.
+        It does not show a pure flexion about a wrong axis perpendicular to the vertical.
     """
 
     rotations: Array
@@ -70,9 +68,9 @@ def dorsal(side: str) -> tuple[float, float, float]:
 
 
 def assumed_mounting(rotations: ArrayLike, sensors: int) -> Array:
-    """Rotations (sensors, 4), sensor to segment, as stated: none for all alike, one for all, or one each.
+    """Rotations (sensors, 4), sensor to segment, as stated: identity if empty, one for all, or one each.
 
-    Raises InputError for another number of them and for what is no unit quaternion.
+    Raises InputError for another number, and unless they are unit quaternions.
     """
     stated = np.asarray(rotations, dtype=np.float64)
     if stated.size == 0:
@@ -80,7 +78,7 @@ def assumed_mounting(rotations: ArrayLike, sensors: int) -> Array:
     stated = np.atleast_2d(stated)
     if stated.ndim != 2 or stated.shape[1] != 4 or len(stated) not in (1, sensors):
         raise InputError("rotations", f"shape {stated.shape}", f"none, one, or {sensors} quaternions",
-                         "state how each sensor sits")
+                         "give the rotation of each sensor")
     lengths = np.linalg.norm(stated, axis=1)
     wrong = ~(np.abs(lengths - 1.0) <= _UNIT)
     if wrong.any():
@@ -90,9 +88,9 @@ def assumed_mounting(rotations: ArrayLike, sensors: int) -> Array:
 
 
 def directions(given: ArrayLike, usual: ArrayLike, sensors: int, where: str) -> Array:
-    """Unit vectors (sensors, 3): `usual` for all where none are given, else one for all or one each.
+    """Unit vectors (sensors, 3): `usual` for all if empty, else one for all or one each.
 
-    Raises InputError for another number of them and for a vector without direction.
+    Raises InputError for another number of them and for a zero vector.
     """
     stated = np.atleast_2d(np.asarray(given, dtype=np.float64))
     if stated.size == 0:
@@ -108,7 +106,7 @@ def directions(given: ArrayLike, usual: ArrayLike, sensors: int, where: str) -> 
 def rotation_from_axes(measured: tuple[ArrayLike, ArrayLike], known: tuple[ArrayLike, ArrayLike]) -> Array:
     """Rotations (..., 4), w x y z, that take two measured directions to two known ones.
 
-    Where the angles between the two differ, both end equally far from their aims: the least-squares
+    Where the angles between the two differ, both have equal errors: the least-squares
     rotation of two equally trusted directions (Wahba's problem), and for perpendicular known directions
     the orthogonalised eq. 34 of doi 10.1186/1743-0003-11-70, transposed.
 
@@ -116,7 +114,7 @@ def rotation_from_axes(measured: tuple[ArrayLike, ArrayLike], known: tuple[Array
     ----------
     measured, known: each two arrays (..., 3) of unit vectors.
 
-    Raises InputError where two directions are so close to parallel that they fix no rotation.
+    Raises InputError for nearly parallel directions, which do not determine a rotation.
     """
     from_frame, to_frame = _bisecting_frame(*measured), _bisecting_frame(*known)
     matrices = to_frame @ np.swapaxes(from_frame, -1, -2)
@@ -126,12 +124,12 @@ def rotation_from_axes(measured: tuple[ArrayLike, ArrayLike], known: tuple[Array
 
 
 def _bisecting_frame(first: ArrayLike, second: ArrayLike) -> Array:
-    """Matrices (..., 3, 3) whose columns are the bisector of two unit vectors, its normal, and theirs."""
+    """Matrices (..., 3, 3) with the columns bisector, in-plane normal and normal of two unit vectors."""
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     normal, middle = np.cross(a, b), a + b
     sine = np.linalg.norm(normal, axis=-1, keepdims=True)
     if not (sine > _PARALLEL).all():
-        raise InputError("axes", "two directions are nearly parallel: they fix no rotation",
+        raise InputError("axes", "two directions are nearly parallel: they determine no rotation",
                          "directions well apart, best perpendicular", "choose another pose or axis")
     normal = normal / sine
     middle = middle / np.linalg.norm(middle, axis=-1, keepdims=True)
@@ -139,9 +137,9 @@ def _bisecting_frame(first: ArrayLike, second: ArrayLike) -> Array:
 
 
 def mounting_from_poses(flat: FlatPose, flexion: Flexion, verticals: Array, axes: Array) -> Mounting:
-    """The mounting that two poses show; `verticals` and `axes` (n, 3) as known in the segments' frames.
+    """Mounting from two poses, with `verticals` and `axes` (n, 3) in the segments' frames.
 
-    A sensor whose measured directions fix no rotation is given none, and a skew that shows it.
+    A sensor whose measured directions determine no rotation has the identity, and a large skew.
     """
     up, about = flat.vertical(), flexion.axis()
     skew = np.degrees(_angles(up, about) - _angles(verticals, axes))
@@ -154,11 +152,11 @@ def mounting_from_poses(flat: FlatPose, flexion: Flexion, verticals: Array, axes
 
 
 def mounting_from_flat(flat: FlatPose, verticals: Array, stated: Array) -> Array:
-    """Rotations (n, 4), sensor to segment, that one pose shows: stated ones (n, 4), turned the least so that
-    upwards is where it is known to be, `verticals` (n, 3) in the segments' frames.
+    """Rotations (n, 4), sensor to segment, from one pose: the stated ones with the least change that aligns
+    the vertical with `verticals` (n, 3) in the segments' frames.
 
-    A turn about the vertical itself no accelerometer shows: it stays as stated. Sensors without a vertical
-    keep their stated rotation.
+    The rotation about the vertical, which accelerometers do not show, stays as stated. Sensors without a
+    vertical keep their stated rotation.
     """
     up = quaternion.rotate(stated, flat.vertical())
     cosine = np.sum(up * verticals, axis=1, keepdims=True)
@@ -175,14 +173,14 @@ def _angles(a: Array, b: Array) -> Array:
 
 
 def mounting_faults(mounting: Mounting, limits: PoseLimits, stated: Array | None) -> list[SensorFault]:
-    """Sensors whose two measured axes are not at their angle, or that sit otherwise than stated, (n, 4)."""
+    """Faults of sensors whose two axes have a wrong angle, or that differ from the stated mounting (n, 4)."""
     faults = [SensorFault(i, f"vertical and flexion axis are {skew:+.1f} deg from the angle they should make",
                           f"within {limits.skew_deg:g} deg",
                           "lay the hand flat, then flex without abduction or rotation")
               for i, skew in enumerate(mounting.skew_deg) if not abs(skew) <= limits.skew_deg]
     if stated is not None:
         away = np.degrees(quaternion.rotation_angle(quaternion.relative(stated, mounting.rotations)))
-        faults += [SensorFault(int(i), f"sits {away[i]:.0f} deg from where `rotations` state it",
+        faults += [SensorFault(int(i), f"is {away[i]:.0f} deg from the stated `rotations`",
                                f"within {limits.placement_deg:g} deg",
                                "raise the hand before the flexion begins, flex first, or correct `rotations`")
                    for i in np.flatnonzero(away > limits.placement_deg)]
@@ -194,24 +192,25 @@ def calibrate_by_poses(
     side: Side = "right", limits: PoseLimits = USUAL_LIMITS, names: Sequence[str] = (),
     rotations: ArrayLike = (), verticals: ArrayLike = (), axes: ArrayLike = (),
 ) -> Mounting:
-    """Sensor to segment by K14's two poses, from samples of n sensors.
+    """Sensor to segment by the two poses of Kortier et al. 2014, from samples of n sensors.
 
     The wearer holds the hand flat on a table, its back upwards, raises it, and then flexes every joint. The
-    furthest turn within `flexion_gyr` is taken for flexion, so the way back may be in it, the raising not.
+    furthest turn within `flexion_gyr` counts as flexion, so that it may contain the way back, not the
+    raising.
 
     Parameters
     ----------
     flat_gyr, flat_acc: (m, n, 3), rad/s and m/s^2, in the sensors' frames, of the flat hand.
     flexion_gyr: (k, n, 3), rad/s, of the flexion, evenly spaced by `period_s`, s.
-    side: of the hand; it says where dorsal is.
-    limits: beyond which a pose is refused.
-    names: of the sensors, for messages.
-    rotations: stated mountings, as of `assumed_mounting`, that the poses are held against; empty: none.
-    verticals: where up is in the segments' frames while the hand is flat; empty: dorsal.
-    axes: about which the segments turn first in the flexion, in their frames; empty: +z.
+    side: side of the hand, which decides where dorsal is.
+    limits: limits beyond which a pose is refused.
+    names: names of the sensors, for messages.
+    rotations: stated mountings (`assumed_mounting`) to check the poses against; empty: none.
+    verticals: direction upwards in the segments' frames while the hand is flat; empty: dorsal.
+    axes: first axes of rotation of the segments in the flexion, in their frames; empty: +z.
 
-    Raises InputErrors naming every sensor of which a pose moved, was too short, does not agree with
-    gravity or with the stated mounting, was no flexion about one axis, or was lost.
+    Raises InputErrors with a line for every sensor that moved in the flat pose, has too few samples,
+    disagrees with gravity or the stated mounting, or did not rotate about one axis.
     """
     still, resting, bending = (_samples(rows, name) for rows, name in (
         (flat_gyr, "flat_gyr"), (flat_acc, "flat_acc"), (flexion_gyr, "flexion_gyr")))

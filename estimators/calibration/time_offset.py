@@ -1,8 +1,8 @@
-"""The time between two recordings' clocks, from a motion that both have recorded.
+"""Offset between the clocks of two recordings, from a motion in both.
 
 Salchow-Hoemmen et al. 2019 (doi 10.3390/s19010208, section 3.1.2) let each recording start with a
-characteristic motion of one finger. Where it is in one and in the other, the correlation of what both have
-measured shows: of angular rates their size, which needs no common frame.
+characteristic motion of one finger. The correlation of both signals shows its instants in both; sizes of
+angular rates need no common frame.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from fesloop.errors import InputError
 Array = NDArray[np.float64]
 _LEAST = 20
 _GAP_PERIODS = 3.0
-"""Farther apart than that many usual periods, samples leave a gap that is not bridged (chosen)."""
+"""Distance of samples, in usual periods, above which a gap is not interpolated (chosen)."""
 _ENERGY_SHARE = 0.2
-"""Of each recording's variation, that must lie in what overlaps (chosen): stillness fits anywhere."""
+"""Least share of each recording's variation within the overlap (chosen): rest correlates with any rest."""
 _PROMINENCE = 0.02
-"""By which a second peak must stand out to be one (chosen)."""
+"""Prominence above which a second peak counts (chosen)."""
 LEAST_PEAK = 0.7
-"""Correlation from which on two recordings show the same motion (chosen)."""
+"""Correlation above which two recordings show the same motion (chosen)."""
 LEAST_MARGIN = 0.1
-"""By how much the second peak must be lower (chosen)."""
+"""Least difference from the second peak (chosen)."""
 
 
 class TimeOffset(NamedTuple):
-    """How two clocks differ.
+    """Difference of two clocks.
 
     Attributes
     ----------
-    offset_s: s, to be added to the second recording's times to have them on the first one's clock.
-    peak: correlation there, at most 1.
-    second_peak: the highest other one, 0 where there is none.
-    overlap_s: how long both recordings are then known together, s.
+    offset_s: seconds to add to the second recording's times to have them on the first one's clock.
+    peak: correlation at this offset, at most 1.
+    second_peak: highest other peak; 0 for none.
+    overlap_s: duration for which both recordings are then known, s.
     """
 
     offset_s: float
@@ -49,7 +49,7 @@ class TimeOffset(NamedTuple):
 
 
 class _Even(NamedTuple):
-    """A signal on an even grid: where it begins, its values, and where it is known."""
+    """Signal on an even grid: its start, values, and mask of known samples."""
 
     start_s: float
     values: Array
@@ -61,22 +61,22 @@ def time_offset(
     within_s: float = math.inf, least_overlap_s: float | None = None, least_peak: float = LEAST_PEAK,
     least_margin: float = LEAST_MARGIN,
 ) -> TimeOffset:
-    """The offset between the clocks of two recordings of one motion.
+    """Offset between the clocks of two recordings of one motion.
 
     Both are interpolated (cubic splines, gaps left open) at the higher of their rates; the highest
-    correlation over what overlaps, and a parabola through it and its neighbours, give the offset.
+    correlation over the overlap, and a parabola through it and its neighbours, give the offset.
 
     Parameters
     ----------
     first_times_s, second_times_s: (m,) and (k,), s, increasing; rates may differ and need not be even.
     first, second: (m,) and (k,), a scalar such as a joint angle, or (m, 3) and (k, 3), of which the size is
         taken, such as angular rates; in one unit or not. NaN where unknown.
-    within_s: largest offset that is looked for, s.
-    least_overlap_s: for how long both must be known together, s; by default half the shorter recording.
-    least_peak, least_margin: below which the result is refused.
+    within_s: largest offset of the search, s.
+    least_overlap_s: least duration for which both are known, s; by default half the shorter recording.
+    least_peak, least_margin: limits below which the result is refused.
 
-    Raises InputError for what is no recording, and where the correlation is too weak, has a second peak that
-    is as good, or is highest at the end of what was searched.
+    Raises InputError for unusable recordings, and where the correlation is too weak, has a second peak of
+    similar height, or is highest at an end of the search.
     """
     times = [_known(*pair) for pair in ((first_times_s, first, "first"), (second_times_s, second, "second"))]
     period = min(float(np.median(np.diff(time))) for time, _ in times)
@@ -101,7 +101,7 @@ def time_offset(
 def _second_peak(
     correlation: Array, offsets: Array, at: int, least_peak: float, least_margin: float
 ) -> float:
-    """Height of the second peak, 0 without one; raises InputError unless the first, `at`, is to be trusted.
+    """Height of the second peak, 0 without one; raises InputError for an unreliable first one, `at`.
 
     `correlation` is -1 where it was not searched.
     """
@@ -124,7 +124,7 @@ def _second_peak(
 
 
 def _known(times_s: ArrayLike, signal: ArrayLike, where: str) -> tuple[Array, Array]:
-    """Times and values of the samples that are known, vectors by their size."""
+    """Times and values of the known samples, the size of vectors."""
     times, values = np.asarray(times_s, dtype=np.float64), np.asarray(signal, dtype=np.float64)
     if values.ndim == 2 and values.shape[1] == 3:
         values = np.linalg.norm(values, axis=1)
@@ -142,7 +142,7 @@ def _known(times_s: ArrayLike, signal: ArrayLike, where: str) -> tuple[Array, Ar
 
 
 def _even(times: Array, values: Array, period: float) -> _Even:
-    """Interpolated at an even period, its mean taken off, zero where unknown."""
+    """Signal less its mean at an even period; zero where unknown."""
     grid = times[0] + period * np.arange(math.floor((times[-1] - times[0]) / period) + 1)
     after = np.clip(np.searchsorted(times, grid), 1, times.size - 1)
     steps = np.diff(times)
@@ -152,9 +152,9 @@ def _even(times: Array, values: Array, period: float) -> _Even:
 
 
 def _correlation(a: _Even, b: _Even) -> tuple[NDArray[np.int64], Array, Array]:
-    """Lags of a behind b, Pearson's correlation over what is known of both at each, and how many that are.
+    """Lags of a behind b, Pearson's correlation of the samples known in both, and their number.
 
-    Zero where too little of either's variation overlaps.
+    The correlation is zero where too little of either's variation overlaps.
     """
 
     def summed(left: Array, right: Array) -> Array:

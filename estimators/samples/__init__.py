@@ -1,1 +1,1 @@
-"""Which samples are new, and what is wrong with them."""
+"""Detection of new, lost, clipped and frozen samples."""

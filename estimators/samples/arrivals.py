@@ -1,9 +1,9 @@
-"""Which samples are new at a tick, kind by kind, and what is wrong with them.
+"""Detection of new samples at a tick by kind, and of lost, clipped and frozen ones.
 
 Gyroscope, accelerometer and magnetometer may have rates of their own. A sample is new when its newest capture
-is later than before. What has passed a block with the gyroscopes, or was recorded beside them, has their
-stamps even where it was held: it is old when it equals the one before to the last bit, while the
-gyroscopes' does not. A sample that has been held for too long counts as lost.
+is later than before. Samples that passed a block together with the gyroscopes', or were recorded with them,
+have their stamps even where they were held: such a sample is old when it equals the one before to the last
+bit, while the gyroscopes' does not. A sample that has been held for too long counts as lost.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from fesloop.loop.signals import Sample
 
 LOST, CLIPPED = 1, 2
 _NO_RATE = 1e-6
-"""Below it a rate is zero but for rounding, rad/s (far below what any sensor of a hand resolves)."""
+"""Rate below which it is zero but for rounding, rad/s (far below the resolution of any sensor)."""
 _TURNING = 0.3
 """Sum of a rate's components above which a sensor turns, rad/s (a MEMS gyroscope's bias: 5 deg/s an axis)."""
 _ABSURD = 100.0
-"""A number that is so many times its sensor's range is not the sensor's (chosen: a garbled stream has numbers
-of any size, and filters overflow)."""
+"""Multiple of the sensor range beyond which samples are rejected (chosen: a garbled stream has numbers of any
+size, and filters overflow)."""
 GYR, ACC, MAG = 1, 2, 4
 """Bits of sets of kinds of samples."""
 
 
 @compiled
 def inspect(vectors: Any, limit: float, zero_is_lost: bool, codes: Any) -> int:
-    """Add to `codes` (n,) what is wrong with `vectors` (n, 3); give the sum of all codes."""
+    """Add the fault codes of `vectors` (n, 3) to `codes` (n,); return the sum of all codes."""
     total, absurd = 0, _ABSURD * limit
     for i in range(vectors.shape[0]):
         x, y, z = abs(vectors[i, 0]), abs(vectors[i, 1]), abs(vectors[i, 2])
@@ -52,16 +52,14 @@ def inspect_kinds(
     gyr: Any, acc: Any, mag: Any, kinds: int, silent: int, limits: Any, read: Any, stuck: Any,
     stuck_limit: int, codes: Any
 ) -> bool:
-    """Fill `codes` (3, n) with what is wrong with samples (n, 3) of the first so many kinds.
-
-    Whether anything is, or a sensor frozen.
+    """Fill `codes` (3, n) with the fault codes of samples (n, 3); return whether there is a fault.
 
     Parameters
     ----------
     silent: kinds whose samples are too old to count.
-    limits: (3,), magnitude from which on each kind is clipped.
-    read: (n,), magnetometers that are read; of others nothing is told.
-    stuck: (n,), as of `compare`; from `stuck_limit` on a sensor is frozen.
+    limits: (3,), magnitude above which each kind is clipped.
+    read: (n,), mask of the magnetometers in use; others have no codes.
+    stuck: (n,), as in `compare`; from `stuck_limit` on a sensor is frozen.
     """
     codes[:] = 0
     inspect(gyr, limits[0], False, codes[0])
@@ -72,7 +70,7 @@ def inspect_kinds(
     for s in range(codes.shape[1]):
         frozen = stuck[s] >= stuck_limit
         rate = abs(gyr[s, 0]) + abs(gyr[s, 1]) + abs(gyr[s, 2])
-        # Zeros of both are what stands in a port before the first message.
+        # Zeros of both are the value of a port before the first message.
         if codes[1, s] & LOST and rate == 0.0:
             codes[0, s] |= LOST
         for kind in range(kinds):
@@ -86,12 +84,12 @@ def inspect_kinds(
 
 @compiled
 def compare(gyr: Any, acc: Any, mag: Any, newer: bool, before: Any, stuck: Any) -> int:
-    """Kinds of which any number is another than `before` (3, n, 3), which becomes these samples (n, 3).
+    """Bits of the kinds that differ from `before` (3, n, 3), which is updated to these samples (n, 3).
 
     Parameters
     ----------
-    newer: whether the rates are said to be new.
-    stuck: (n,), for how many new samples in a row a sensor has repeated them; brought up to date.
+    newer: whether the rates are new by their stamps.
+    stuck: (n,), number of successive new samples that repeat the one before; updated.
     """
     changed = 0
     for s in range(stuck.size):
@@ -111,29 +109,29 @@ def compare(gyr: Any, acc: Any, mag: Any, newer: bool, before: Any, stuck: Any) 
 KINDS = ("gyr", "acc", "mag")
 Elapsed = tuple[float, float, float]
 _HELD_PERIODS = 5.0
-"""For how long a rate may be held (chosen: a wireless link's usual jitter)."""
+"""Periods for which a rate may be held (chosen: a wireless link's usual jitter)."""
 _HELD_S = 0.5
-"""For how long an acceleration or a field may be held, s (chosen: sensors of a hand are never slower)."""
+"""Time for which an acceleration or a field may be held, s (chosen: no sensor of a hand is slower)."""
 _FROZEN_SAMPLES, _FROZEN_S = 10, 0.1
-"""From when on repetition is no chance: so many samples, and so long (chosen: noise stirs a last bit)."""
+"""Repetitions, and their duration, above which a sensor is frozen (chosen: noise changes a last bit)."""
 
 
 class Arrivals:
-    """Memory of the samples of n sensors; what is wrong with them is reported when it changes.
+    """Monitor of the samples of n sensors, which reports changes of their faults.
 
     Attributes
     ----------
     codes: (3, n), LOST and CLIPPED of each kind at the newest tick.
     sound: whether no sample is lost.
-    period_s: of the gyroscopes.
+    period_s: period of the gyroscopes.
     newest_ns: capture of the newest sample of each kind; -1 before the first.
 
     Parameters
     ----------
     sensors: n.
-    limits: magnitude from which on gyr, acc and mag are clipped, rad/s, m/s^2, T.
-    period_s: as above.
-    read: (n,), magnetometers that are read; None: all.
+    limits: magnitudes above which gyr, acc and mag are clipped, rad/s, m/s^2, T.
+    period_s: period of the gyroscopes.
+    read: (n,), mask of the magnetometers in use; None: all.
     """
 
     __slots__ = ("_before", "_limits", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck",
@@ -156,13 +154,13 @@ class Arrivals:
         self._reported = (self.codes.tobytes(), b"", False)
 
     def usable(self) -> NDArray[np.bool_]:
-        """Sensors of which no sample is lost, (n,)."""
+        """Mask of the sensors without a lost sample, (n,)."""
         return np.asarray(np.bitwise_or.reduce(self.codes) & LOST == 0)
 
     def note(self, samples: Sequence[Sample], tick: Tick) -> Elapsed:
-        """Time from the sample before to the one that is new now, of each kind, s; 0 where none is.
+        """Time since the sample before the new one, for each kind, s; 0 without a new one.
 
-        Rates that have been held for too long count as new and lost: their time goes on at each tick.
+        Rates that have been held for too long count as new and lost, at each tick.
         """
         gyr, acc, mag = samples[0].value, samples[1].value, samples[-1].value
         later = samples[0].newest_ns > self.newest_ns[0]
@@ -193,7 +191,7 @@ class Arrivals:
         return elapsed[0], elapsed[1], elapsed[2]
 
     def _since(self, before: int, captured: int, kind: int) -> float:
-        """Time to a new sample, s, without what has been counted while there was none."""
+        """Time to a new sample, s, less the time that has been counted since the last one."""
         if before < 0:
             return self.period_s
         since = (captured - before) / NS_PER_S
@@ -202,7 +200,7 @@ class Arrivals:
         return max(self.period_s, since - (self._reached_ns - self._new_at_ns[0]) / NS_PER_S)
 
     def _too_old(self, kind: int, tick: Tick) -> bool:
-        """Whether the newest sample of a kind no longer stands for what is now."""
+        """Whether the newest sample of a kind is too old."""
         held_s = _HELD_S if kind else _HELD_PERIODS * self.period_s
         return self.newest_ns[kind] < 0 or tick.time_ns - self._new_at_ns[kind] > held_s * NS_PER_S
 

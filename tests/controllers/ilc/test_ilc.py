@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from controllers.ilc import Ilc
-from controllers.ilc.points import Point
+from controllers.ilc.parameters import Point
 from controllers.reference import MinimumJerk
 from controllers.safety import Safety
 from estimators.fusion import VqfTracker

@@ -3,7 +3,7 @@
 import pytest
 
 from controllers.ilc import Ilc
-from controllers.ilc.points import Point
+from controllers.ilc.parameters import Point
 from controllers.reference import MinimumJerk
 from controllers.safety import Safety
 from estimators.ideal import IdealTracker

@@ -38,5 +38,5 @@ def test_a_model_of_which_nothing_shows_is_named():
     first = np.zeros((SAMPLES, 2))
     first[0] = 1.0
     for weights in (first, np.zeros((SAMPLES, 2))):
-        with pytest.raises(InputError, match="no drive shows"):
+        with pytest.raises(InputError, match="no drive changes an output"):
             strongest(MODEL, weights)

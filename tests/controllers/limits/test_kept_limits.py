@@ -18,5 +18,5 @@ MAKE = {"mpc": lambda model, **limits: Mpc(model=model, current_ma=(40.0,) * 4, 
 def test_a_limit_is_kept_or_refused(kind, key, value):
     MAKE[kind](LINEAR)
     assert getattr(MAKE[kind](CURVED, **{key: value}), key) == value
-    with pytest.raises(InputError, match=f"{key}: {value:g} would not be kept"):
+    with pytest.raises(InputError, match=f"{key}: {value:g} has no effect"):
         MAKE[kind](LINEAR, **{key: value})

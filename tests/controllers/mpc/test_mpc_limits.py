@@ -253,7 +253,7 @@ def test_a_horizon_shorter_than_the_delay_of_model_and_loop_is_refused_when_the_
     assert str(told.value) == (
         "blocks.mpc.horizon: 5 periods of 25 ms end before the delay of 125 ms does: 20 ms of the model, 105 "
         "ms of finger.angles -> tracker -> mpc -> safety -> finger.stimulation; allowed: 6 or more; lengthen "
-        "the horizon by what the movement takes")
+        "the horizon by the duration of the movement")
 
 
 def preview(periods):
@@ -296,7 +296,7 @@ def test_a_posture_at_rest_outside_its_box_is_a_caution():
     ({"angle_max_deg": (float("nan"),) * 3}, "angle_min_deg"),
     ({"drive_max": 0.001}, "drive_max: 0.001; allowed: 0.01 or more; raise"),
     ({"width_max_us": 20.0}, "recruits less than 0.01 of muscle .*; raise"),
-    ({"charge_rise_uc": 0.02}, "charge_rise_uc: 0.02 uC a tick never takes muscle 0 from rest .* raise"),
+    ({"charge_rise_uc": 0.02}, "charge_rise_uc: 0.02 uC a tick never brings muscle 0 from rest .* raise"),
     ({"horizon_charge_max_uc": 10.0}, "10 uC over 20 pulses recruit less than 0.01 of any muscle; .*; raise"),
     ({"horizon_charge_max_uc": 90.0, "solver": "osqp"}, "solver: 'osqp' .*; allowed: daqp"),
     ({"output_weight": (0.0,) * 3}, "output_weight")])

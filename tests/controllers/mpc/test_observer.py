@@ -41,7 +41,7 @@ def test_looks_ahead_exactly_under_the_recorded_drives(gaps, later_ns, seed):
         observer.record(state, stamp, drive)
     now = stamps[-1] + later_ns
     expected = exact_state(stamps, drives, DESIGN["delay_ns"], now)
-    np.testing.assert_allclose(observer.ahead(state, now, 0), expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(observer.predict(state, now, 0), expected, rtol=1e-9, atol=1e-12)
 
 
 def test_stored_drives_are_those_given_out_whole_periods_before():
@@ -49,7 +49,7 @@ def test_stored_drives_are_those_given_out_whole_periods_before():
     state = observer.init()
     for k in (0, 1, 3, 4):
         observer.record(state, k * 25 * MS, np.array([k, -k], dtype=float))
-    stored = observer.ahead(state, 5 * 25 * MS, 4)[3:].reshape(4, 2)
+    stored = observer.predict(state, 5 * 25 * MS, 4)[3:].reshape(4, 2)
     np.testing.assert_array_equal(stored[:, 0], [4.0, 3.0, 1.0, 1.0])
 
 
@@ -66,7 +66,7 @@ def test_stored_drives_are_told_apart_at_any_rate_and_by_ticks_that_are_not_punc
         ticks = [clock.tick(first + k) + round(share * late[k] * period) for k in range(10)]
         for k in range(9):
             observer.record(state, ticks[k], np.array([k, -k], dtype=float))
-        stored = observer.ahead(state, ticks[9], 9)[3:].reshape(9, 2)
+        stored = observer.predict(state, ticks[9], 9)[3:].reshape(9, 2)
         np.testing.assert_array_equal(stored[:, 0], np.arange(9)[::-1])
 
 
@@ -86,7 +86,7 @@ def test_finds_state_and_disturbance_from_late_samples_of_changing_age():
         observer.record(state, now, drives[-1])
     assert state.disturbance == pytest.approx(unexplained, abs=1e-6)
     expected = exact_state(stamps, drives, DESIGN["delay_ns"], 200 * 25 * MS)
-    np.testing.assert_allclose(observer.ahead(state, 200 * 25 * MS, 0), expected, atol=1e-5)
+    np.testing.assert_allclose(observer.predict(state, 200 * 25 * MS, 0), expected, atol=1e-5)
 
 
 def test_a_sample_is_taken_in_once():

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from controllers.pid.tuning import Gains, Lag, amigo, fitted_lag, simc, static_gain, tuned, way
+from controllers.pid.tuning import Gains, Lag, amigo, dominant_drives, fitted_lag, simc, static_gain, tuned
 from fesloop.errors import InputError
 from fesloop.models.linear_model import LinearModel
 from plants.finger import Finger
@@ -74,11 +74,11 @@ def test_two_lags_fit_as_their_step_response_says():
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_way_is_the_least_of_those_that_pull_only(sense):
     gain = np.array([1.0, -0.5, 0.2, -0.3])
-    found = way(gain, sense)
+    found = dominant_drives(gain, sense)
     best = minimize(lambda v: v @ v, np.ones(4), bounds=[(0, None)] * 4, tol=1e-14,
                     constraints={"type": "eq", "fun": lambda v: gain @ v - sense})
     np.testing.assert_allclose(found, best.x, atol=1e-6)
-    assert not way(np.array([0.2, 0.04]), -1.0).any()
+    assert not dominant_drives(np.array([0.2, 0.04]), -1.0).any()
 
 
 def test_gain_at_rest_is_that_of_python_control():
@@ -100,7 +100,7 @@ def test_the_weaker_of_both_senses_counts_and_delay_of_the_loop_is_in():
 
 
 def test_models_that_allow_no_tuning_are_named():
-    with pytest.raises(InputError, match="never comes to rest"):
+    with pytest.raises(InputError, match="it is not stable"):
         tuned(LinearModel(a=np.zeros((1, 1)), b=np.ones((1, 1)), c=np.ones((1, 1)), offset=np.zeros(1)),
               "simc", extra_delay_s=0.05, closed_loop_s=0.0)
     dead = LinearModel(a=-np.eye(2), b=np.array([[1.0], [0.0]]), c=np.eye(2), offset=np.zeros(2))

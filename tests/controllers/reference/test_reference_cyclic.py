@@ -84,7 +84,7 @@ def test_a_file_makes_the_same_object():
     ({"flank_s": 1.0}, "flank_s: given with shape"),
     ({"shape": "open_close", "flank_s": 2.1}, "flank_s: 2.1; allowed: above 0, at most 2"),
     ({"shape": "open_close", "flank_s": 0.0}, "flank_s"),
-    ({"mean_deg": {"finger_flexion": 40.0}}, "mean_deg: says nothing of wrist_extension"),
+    ({"mean_deg": {"finger_flexion": 40.0}}, "mean_deg: has no angle of wrist_extension"),
     ({"lag_deg": {"finger_flexion": -1.0}}, "lag_deg.finger_flexion: -1; allowed: .* 0 or more"),
     ({"amplitude_deg": {"finger": 1.0}}, "amplitude_deg.finger: is no row"),
     ({"amplitude_deg": {"finger_flexion": float("nan")}}, "amplitude_deg.finger_flexion"),

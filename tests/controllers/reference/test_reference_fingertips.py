@@ -107,7 +107,7 @@ def test_what_stays_off_its_path_within_the_tolerance_is_told():
     assert block.off_path_mm == {"F2": pytest.approx(off, abs=1e-6)}
     ((status, detail),) = block.cautions(Context("reference"))
     assert status == "path_unreachable"
-    assert f"F2 stays up to {off:.2f} mm" in detail
+    assert f"F2 is up to {off:.2f} mm" in detail
 
 
 def test_a_place_that_another_posture_reaches_needs_time():
@@ -147,7 +147,7 @@ def test_names_what_cannot_be(changed, named):
     ({"at_s": -1.0}, "at_s"), ({"at_s": 601.0}, "at_s"),
     ({"mm": {"F6": (0.0, 0.0, 0.0)}}, "mm.F6: is no finger"),
     ({"mm": {"F2": (0.0, float("nan"), 0.0)}}, "mm.F2"), ({"by_mm": {"F2": (0.0, 1.0)}}, "by_mm.F2"),
-    ({"mm": {"F2": (0.0, 0.0, 0.0)}, "by_mm": {"F2": (0.0, 0.0, 0.0)}}, "by_mm.F2: given beside mm"),
+    ({"mm": {"F2": (0.0, 0.0, 0.0)}, "by_mm": {"F2": (0.0, 0.0, 0.0)}}, "by_mm.F2: is given together with mm"),
 ])
 def test_names_what_a_point_cannot_be(changed, named):
     with pytest.raises(InputError, match=named):

@@ -105,9 +105,9 @@ def test_a_file_and_python_make_the_same_object():
 @pytest.mark.parametrize(("changed", "named"), [
     ({"rows": ["wrist_extention", "finger_flexion"]},
      "rows: 'wrist_extention'.*did you mean 'wrist_extension'"),
-    ({"rows": ["wrist_extension", "mine"]}, "rows: 'mine'.*state its range_deg"),
+    ({"rows": ["wrist_extension", "mine"]}, "rows: 'mine'.*give range_deg"),
     ({"rows": ["finger_flexion", "finger_flexion"]}, "rows: .*each once"),
-    ({"rows": [*ROWS, "thumb_flexion"]}, r"phases\[0\].deg: says nothing of thumb_flexion"),
+    ({"rows": [*ROWS, "thumb_flexion"]}, r"phases\[0\].deg: has no angle of thumb_flexion"),
     ({"rows": ["wrist_extension"]}, r"phases\[0\].deg.finger_flexion: is no row"),
     ({"range_deg": {"finger_flexion": [0, 25]}},
      r"phases\[0\].deg.finger_flexion: 30 deg is outside the range of motion of .*; allowed: 0 to 25 deg"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controllers.ilc import Ilc
-from controllers.ilc.points import Point
+from controllers.ilc.parameters import Point
 from controllers.reference.phases import GraspPhase, GraspPhases
 from fesloop import Experiment, Node, Recording, Wire
 from plants.finger import Finger

@@ -118,7 +118,7 @@ def test_columns_without_names_are_named_by_rows(a_run):
     with Recording(a_run) as recording:
         np.testing.assert_allclose(degrees(block, [0.0])[0],
                                    np.degrees(recording.signal("finger.angles").values[0]), atol=1e-9)
-    with pytest.raises(InputError, match=r"rows: 0 names, and .* tells none; allowed: 3"):
+    with pytest.raises(InputError, match=r"rows: 0 names, and .* has none; allowed: 3"):
         Recorded(file=str(a_run), signal="finger.angles")
 
 
@@ -146,7 +146,7 @@ def test_a_run_is_repeated_only_while_the_file_says_the_same(tmp_path, csv):
         assert len(a.experiment["blocks"]["reference"]["fingerprint"]) == 64
     text = csv.read_text()
     csv.write_text(text.replace("-20.0", "-20.5"))
-    with pytest.raises(InputError, match=r"told.csv: says something else than it did.*leave fingerprint out"):
+    with pytest.raises(InputError, match=r"told.csv: has changed.*leave fingerprint out"):
         load(str(first.recording))
     csv.write_text(text)
     assert load(str(first.recording)) == from_document(document)
@@ -159,8 +159,8 @@ CONTENT = {"time_s": TIMES, "wrist_extension_deg": WRIST, "finger_flexion_deg": 
     ({"time_s": None}, "time_s: is missing"),
     ({"time_s": None, "times_s": TIMES}, "did you mean 'times_s'|time_s: is missing"),
     ({"time_ms": TIMES}, "time_s and time_ms: both there"),
-    ({"time_s": TIMES[::-1]}, "times: sample 1 at 3.5 s does not come after 4 s.*sort the file"),
-    ({"time_s": np.array([2.0, 2.5, 2.5, 4.0])}, "sample 2 at 2.5 s does not come after 2.5 s"),
+    ({"time_s": TIMES[::-1]}, "times: sample 1 at 3.5 s is not after 4 s.*sort the file"),
+    ({"time_s": np.array([2.0, 2.5, 2.5, 4.0])}, "sample 2 at 2.5 s is not after 2.5 s"),
     ({"time_s": np.array([2.0, np.nan, 3.0, 4.0])}, "times: 1 of 4 samples are not finite"),
     ({"finger_flexion_deg": FINGERS[:3]}, r"finger_flexion_deg: has shape \(3,\); allowed: \(4\)"),
     ({"finger_flexion_deg": np.array(["a"] * 4)}, "finger_flexion_deg: holds str32 values"),
@@ -168,8 +168,8 @@ CONTENT = {"time_s": TIMES, "wrist_extension_deg": WRIST, "finger_flexion_deg": 
      "finger_flexion at 2.5 s: nan; allowed: a finite angle"),
     ({"finger_flexion_deg": np.where(TIMES == 3.5, 110.0, FINGERS)},
      "finger_flexion at 3.5 s: 110 deg is outside the range of motion of .*; allowed: -32.5 to 95 deg"),
-    ({"finger_flexion_rad": FINGERS}, "finger_flexion: there in deg and in rad"),
-    ({"claw_deg": FINGERS}, "rows: 'claw'.*state its range_deg"),
+    ({"finger_flexion_rad": FINGERS}, "finger_flexion: is given in deg and in rad"),
+    ({"claw_deg": FINGERS}, "rows: 'claw'.*give range_deg"),
     ({"finger_flexion_deg": None, "wrist_extension_deg": None, "finger_flexion": FINGERS},
      "holds no angles, but time_s, finger_flexion; allowed: columns named after rows and unit"),
 ])
@@ -201,10 +201,10 @@ def test_names_the_line_of_a_csv(tmp_path, text, named):
 @pytest.mark.parametrize(("changed", "named"), [
     ({"start_s": 2.0}, "start_s: 2 is past the end"), ({"start_s": -1.0}, "start_s"),
     ({"duration_s": 0.0}, "duration_s"), ({"shift_s": -1.0}, "shift_s"), ({"stretch": 0.0}, "stretch"),
-    ({"stretch": float("inf")}, "stretch"), ({"signal": "a.b"}, "signal: given for .*no recording"),
+    ({"stretch": float("inf")}, "stretch"), ({"signal": "a.b"}, "signal: given for .*not a recording"),
     ({"trial": 1}, "trial: given for"), ({"preview": -1}, "preview"), ({"file": "none.csv"}, "none.csv"),
     ({"file": "."}, "cannot be read"), ({"range_deg": {"finger_flexion": (0.0, 40.0)}}, "60 deg is outside"),
-    ({"fingerprint": "00"}, "says something else"),
+    ({"fingerprint": "00"}, "has changed"),
 ])
 def test_names_what_cannot_be(csv, changed, named):
     with pytest.raises(InputError, match=named):

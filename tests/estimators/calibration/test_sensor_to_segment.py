@@ -162,7 +162,7 @@ def test_extending_first_is_found_by_the_stated_mounting():
     flat, bent = flat_then_bent("right")
     nominal = quaternion.from_axis_angle([1.0, 2.0, 3.0], 0.1)
     assert calibrated(flat, bent, "right", rotations=nominal).quality.min() > 0.99
-    with pytest.raises(InputErrors, match=r"hand: sits 1[78]\d deg from .*raise the hand before") as caught:
+    with pytest.raises(InputErrors, match=r"hand: is 1[78]\d deg from .*raise the hand before") as caught:
         calibrated(flat, bent._replace(gyr=-bent.gyr), "right", rotations=nominal)
     assert len(caught.value.faults) == len(NAMES)
 
