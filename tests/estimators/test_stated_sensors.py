@@ -143,7 +143,7 @@ def test_five_sensors_are_a_chain_only_where_that_is_stated(tmp_path, kind):
     settings_given = [f"tracker={kind}"] + ["blocks.tracker.magnetometers=false"] * (kind == "kortier")
     chain, star = [(0, 1), (1, 2), (2, 3), (3, 4)], [(0, 1), (0, 2), (0, 3), (0, 4)]
     load("replay", [*written(tmp_path, bends(5), [*chain, (1, 3)]), *settings_given])
-    with pytest.raises(InputError, match="hangs c on b; allowed: as the recording states it: a-b, a-c"):
+    with pytest.raises(InputError, match="joins c to b; allowed: as the recording states it: a-b, a-c"):
         load("replay", [*written(tmp_path, bends(5), star), *settings_given])
     with pytest.raises(InputError, match="which of a, b, c, d, e are neighbours is not stated"):
         load("replay", [*written(tmp_path, bends(5), []), *settings_given])

@@ -147,7 +147,7 @@ def test_names_what_cannot_be(changed, named):
     ({"at_s": -1.0}, "at_s"), ({"at_s": 601.0}, "at_s"),
     ({"mm": {"F6": (0.0, 0.0, 0.0)}}, "mm.F6: is no finger"),
     ({"mm": {"F2": (0.0, float("nan"), 0.0)}}, "mm.F2"), ({"by_mm": {"F2": (0.0, 1.0)}}, "by_mm.F2"),
-    ({"mm": {"F2": (0.0, 0.0, 0.0)}, "by_mm": {"F2": (0.0, 0.0, 0.0)}}, "by_mm.F2: is given together with mm"),
+    ({"mm": {"F2": (0.0, 0.0, 0.0)}, "by_mm": {"F2": (0.0, 0.0, 0.0)}}, "by_mm.F2: is given together"),
 ])
 def test_names_what_a_point_cannot_be(changed, named):
     with pytest.raises(InputError, match=named):
