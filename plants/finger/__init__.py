@@ -1,4 +1,4 @@
-"""An index finger moved by four stimulated muscles, exact to any instant."""
+"""An index finger moved by four stimulated muscles, exact at any instant."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The index finger's equations: three phalanges as a planar chain, four muscles, one linear system.
+"""Equations of the index finger: three phalanges as a planar chain, four muscles, one linear system.
 
 Conventions: joints MCP, PIP, DIP, positive in flexion; muscles FDP, FDS, EDC, INT.
 """
@@ -16,31 +16,31 @@ JOINTS = ("mcp", "pip", "dip")
 MUSCLES = ("fdp", "fds", "edc", "int")
 OUTPUTS = {"angles": slice(0, 3), "rates": slice(3, 6),
            "accelerations": slice(6, 9), "activation": slice(9, 13)}
-"""Rows of the stacked output y by port: rad, rad/s, rad/s^2, 1."""
+"""Rows of the stacked output y by port, in rad, rad/s, rad/s^2, 1."""
 
 INDEX_LENGTHS_MM = (46.6, 27.2, 18.4)
-"""Proximal, middle, distal phalanx of the index finger: .245, .143, .097 of a hand 190 mm long
+"""Lengths of the proximal, middle, distal phalanx of the index finger: .245, .143, .097 of a hand 190 mm long
 (proportions of Buchholz 1992 as usually quoted; the hand length is chosen)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FingerEquations:
-    """All that it takes to simulate the finger elsewhere: x' = a x + b v(t - delay), y = c x + offset.
+    """Complete equations of the finger: x' = a x + b v(t - delay), y = c x + offset.
 
-    x (14,) is zero at the start of a trial: activation of the four muscles (4), its time derivative (4),
-    joint angles less their rest (3), joint rates (3). v (4,) is the recruited fraction of each muscle.
-    y (13,) stacks angles (3), rates (3), accelerations (3) and activation (4), as `OUTPUTS` says.
+    x (14,), zero at the start of a trial: activation of the four muscles (4), its time derivative (4),
+    joint angles less their rest (3), joint rates (3). v (4,): recruited fraction of each muscle. y (13,):
+    angles (3), rates (3), accelerations (3) and activation (4), in the rows of `OUTPUTS`.
 
     Attributes
     ----------
     a, b, c: (14, 14), (14, 4), (13, 14); time in s.
     offset: (13,), y at rest.
     delay_ns: pure delay between recruitment and activation.
-    threshold_ma, spread, chronaxie_us: v_i = Phi(ln(I_eff / threshold_i) / spread_i), where Phi is the
-        normal distribution function and I_eff = I / (1 + chronaxie / pulse width) in mA; 0 where the
-        current or the width is 0 or less. Empty tuples where recruitment is linear.
-    full_scale_us: linear recruitment: v_i = pulse width / full scale, unlimited, whatever the current;
-        0 where recruitment is lognormal.
+    threshold_ma, spread, chronaxie_us: v_i = Phi(ln(I_eff / threshold_i) / spread_i), with the normal
+        distribution function Phi and I_eff = I / (1 + chronaxie / pulse width) in mA; 0 if the current or the
+        width is 0 or less. Empty tuples for linear recruitment.
+    full_scale_us: linear recruitment: v_i = pulse width / full scale, unlimited, for any current; 0 for
+        lognormal recruitment.
     """
 
     a: Array
@@ -79,7 +79,7 @@ def chain_mass_matrix(lengths: Array, radii: Array, density: float, angles: Arra
 def state_matrices(
     natural_rad_s: Array, joint_torque: Array, mass_matrix: Array, damping: Array, stiffness: Array
 ) -> tuple[Array, Array, Array]:
-    """a (14, 14), b (14, 4), c (13, 14) of the finger.
+    """Matrices a (14, 14), b (14, 4), c (13, 14) of the finger.
 
     Parameters
     ----------

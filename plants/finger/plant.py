@@ -1,4 +1,4 @@
-"""An index finger moved by four stimulated muscles, solved exactly between changes of its input."""
+"""`finger`: an index finger moved by four stimulated muscles, solved exactly between changes of its input."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ Array = NDArray[np.float64]
 
 
 class FingerState:
-    """Where the finger is. Everything here changes at instants of the finger's own, whoever looks.
+    """State of the finger, which changes at the finger's own instants, not at observations.
 
     Attributes
     ----------
     z: (18,), the states x (14,) of `FingerEquations`, then the drive (4,): fitness times the recruited
-        fraction that acts now.
-    recruited: (4,), recruited fraction that acts now.
-    arriving: recruited fractions still under way through the delay, each with its instant in ns.
-    stimulation: (4, 2), the newest input.
-    fitness: (4,).
-    fitness_ns: instant that `fitness` is of.
+        fraction that acts.
+    recruited: (4,), recruited fraction that acts.
+    arriving: recruited fractions in the delay, each with its instant of arrival in ns.
+    stimulation: (4, 2), newest input.
+    fitness: (4,), fitness of the muscles at `fitness_ns`.
+    fitness_ns: instant of `fitness`.
     """
 
     __slots__ = ("arriving", "fitness", "fitness_ns", "recruited", "stimulation", "z")
@@ -57,7 +57,7 @@ class FingerState:
         self.fitness_ns = 0
 
     def copy(self) -> FingerState:
-        """A state that can go ahead on its own."""
+        """An independent copy."""
         ahead = FingerState.__new__(FingerState)
         ahead.z, ahead.fitness = self.z.copy(), self.fitness
         ahead.recruited, ahead.stimulation = self.recruited, self.stimulation
@@ -70,49 +70,51 @@ Joints = tuple[float, float, float]
 Muscles = tuple[float, float, float, float]
 _SURFACE_RECRUITMENT = Recruitment(threshold_ma=(12.0, 10.0, 10.0, 8.0), spread=(0.35, 0.35, 0.35, 0.35))
 FITNESS_STEP_NS = 20 * NS_PER_MS
-"""Grid on which fitness changes the drive, with fatigue on."""
+"""Grid on which fitness changes the drive, with fatigue."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finger(PlantToControl):
-    """Index finger: stimulation, recruitment, delay, activation, tendon force, joint motion.
+    """An index finger, from stimulation through recruitment, delay, activation and force to joint motion.
 
         v = recruitment(stimulation)                          fraction of each muscle, 0 to 1
         alpha'' + 2 w alpha' + w^2 alpha = w^2 mu v(t - delay)        activation, mu the fitness
         M q'' + B q' + K (q - rest) = R' (F alpha)            torque by constant moment arms
 
-    Linear behind recruitment, so it goes exactly to any instant. M is that of the rest posture; gravity
-    and the finger's resting tone are in `rest_deg`, the range of motion has no stops, and forces are those
-    of a free finger (newtons: its joints are soft). Input: `stimulation`, (4, 2), current in A and pulse
-    width in s of FDP, FDS, EDC, INT. Outputs: `angles`, `rates`, `accelerations` of MCP, PIP, DIP,
-    positive in flexion, and `activation` of the muscles.
+    The finger is linear after recruitment, so it advances exactly to any instant. M is that of the rest
+    posture; gravity and resting tone are included in `rest_deg`, the range of motion has no stops, and forces
+    are those of a free finger (a few newtons, as its joints are soft). Input: `stimulation`, (4, 2), current
+    in A and pulse width in s of FDP, FDS, EDC, INT. Outputs: `angles`, `rates`, `accelerations` of MCP, PIP,
+    DIP, positive in flexion, and `activation` of the muscles.
 
-    With `fatigue`, the drive of a muscle is its fitness times its recruited fraction, renewed every 20 ms
-    and whenever recruitment changes; fitness itself is exact for the held fraction, and is carried to the
-    next trial through the rest between trials. `equations()` gives all numbers for use elsewhere.
+    With `fatigue`, the drive of a muscle is its fitness times its recruited fraction, updated every 20 ms and
+    whenever recruitment changes; fitness itself is exact for the constant fraction, and recovers in the rest
+    between trials. `equations()` returns the complete equations.
 
     Attributes
     ----------
     recruitment_curve: "lognormal" uses `recruitment`; "linear" takes v = pulse width / `full_scale_us`,
         unlimited and signed, for the theory of the linear loop.
-    recruitment: thresholds as of surface stimulation of forearm muscles, 300 us at 10-40 mA (chosen).
-    full_scale_us: pulse width that linear recruitment takes for 1.
+    recruitment: thresholds like those of surface stimulation of forearm muscles, 300 us at 10-40 mA (chosen).
+    full_scale_us: pulse width of full linear recruitment.
     delay_ms: electromechanical delay (10-20 in models).
     activation_rad_s: natural frequency of each muscle's activation (20-25 in grip-force data).
     force_n: tendon force at full activation. Chosen: FDP and FDS together flex MCP to 55 and PIP to 94
         deg, INT takes MCP to 74, EDC takes MCP to -10.
-    moment_arms_mm: per muscle, of MCP, PIP, DIP, positive if it flexes. FDP and FDS: Ketchum 1978. EDC
-        and INT at the MCP after An 1983 (doi 10.1016/0021-9290(83)90053-X) as usually quoted; EDC at PIP
-        and DIP from the proportions in which it extends the joints (Nimbarte 2008: 18.3, 15.2, 4.0 deg).
-    stiffness: of each joint, N m/rad. MCP in the healthy range .033-.047 (PMC7775510); PIP and DIP from
-        the proportions in which FDP and FDS flex the joints (Nimbarte 2008).
-    damping: N m s/rad; MCP .003-.005; PIP and DIP chosen for the MCP's damping ratio, 1.6, all that is
-        distal moving along.
+    moment_arms_mm: moment arms of each muscle at MCP, PIP, DIP, positive in flexion. FDP and FDS: Ketchum
+        1978. EDC and INT at the MCP after An 1983 (doi 10.1016/0021-9290(83)90053-X) as usually quoted; EDC
+        at PIP and DIP from the proportions in which it extends the joints (Nimbarte 2008: 18.3, 15.2, 4.0
+        deg).
+    stiffness: stiffness of each joint, N m/rad. MCP in the healthy range .033-.047 (PMC7775510); PIP and DIP
+        from the proportions in which FDP and FDS flex the joints (Nimbarte 2008).
+    damping: damping of each joint, N m s/rad; MCP .003-.005; PIP and DIP chosen for the MCP's damping ratio,
+        1.6, with all distal segments moving along.
     lengths_mm, radii_mm, density: phalanges as cylinders, 1100 kg/m^3; radii chosen so that the proximal
         one has the published 2e-6 kg m^2.
-    rest_deg: posture without stimulation (chosen), also the start of a trial.
-    strength: factor on all forces; speed: factor on how fast activation and joints move, statics alike.
-    fatigue: None for muscles that do not tire.
+    rest_deg: posture without stimulation (chosen), also at the start of a trial.
+    strength: factor on all forces. speed: factor on the speed of activation and joints, with unchanged
+        statics.
+    fatigue: fitness equation; None for muscles that do not tire.
     """
 
     recruitment_curve: Literal["lognormal", "linear"] = "lognormal"
@@ -168,7 +170,7 @@ class Finger(PlantToControl):
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Joint angles, rates, accelerations; activation."""
+        """Joint angles, rates and accelerations, and activation."""
         rest = tuple(float(angle) for angle in np.deg2rad(self.rest_deg))
         return (Port("angles", (3,), "rad", rest), Port("rates", (3,), "rad/s"),
                 Port("accelerations", (3,), "rad/s^2"), Port("activation", (4,), "1"))
@@ -180,21 +182,21 @@ class Finger(PlantToControl):
 
     @property
     def feedthrough(self) -> bool:
-        """False: stimulation shows through activation only."""
+        """False: stimulation acts through activation alone."""
         return False
 
     def init(self, context: Context) -> FingerState:
-        """At rest, the muscles fresh."""
+        """State at rest, without fatigue."""
         return FingerState(np.ones(4))
 
     def next_trial(self, state: FingerState, context: Context) -> FingerState:
-        """At rest again; fitness as the pause between the trials left it."""
+        """State at rest, with the fitness left after the pause between trials."""
         if self.fatigue is None:
             return FingerState(np.ones(4))
         return FingerState(self.fatigue.after(state.fitness, np.zeros(4), self.fatigue.rest_between_trials_s))
 
     def advance(self, state: FingerState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
-        """From `start_ns` to `stop_ns`, split at the instants at which the drive changes."""
+        """Advance through the instants at which the drive changes."""
         if inputs[0] is not state.stimulation:
             self._stimulate(state, cast(Array, inputs[0]), start_ns)
         while (change := self._next_change(state)) <= stop_ns:
@@ -212,9 +214,9 @@ class Finger(PlantToControl):
     def observe(
         self, state: FingerState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
     ) -> tuple[Array, ...]:
-        """(angles, rates, accelerations, activation) at `times_ns`, ascending, state untouched."""
+        """(angles, rates, accelerations, activation) at `times_ns`, ascending; the state is not changed."""
         rows = np.empty((len(times_ns), 13))
-        # A new stimulation changes nothing before its delay is over.
+        # A new stimulation has no effect before its delay is over.
         change = self._next_change(state)
         if inputs[0] is not state.stimulation:
             change = min(change, start_ns + self._delay_ns)
@@ -227,7 +229,7 @@ class Finger(PlantToControl):
     def _observe_across(
         self, ahead: FingerState, stimulation: Array, start_ns: int, times_ns: Sequence[int], rows: Array
     ) -> None:
-        """Fill `rows` with the outputs at `times_ns`, past changes of the drive; `ahead` is used up."""
+        """Fill `rows` with the outputs at `times_ns`, across changes of the drive; advances `ahead`."""
         if stimulation is not ahead.stimulation:
             self._stimulate(ahead, stimulation, start_ns)
         times, done = np.array(times_ns, dtype=np.int64), 0
@@ -244,7 +246,7 @@ class Finger(PlantToControl):
             self._change_drive(ahead, change)
 
     def _stimulate(self, state: FingerState, stimulation: Array, time_ns: int) -> None:
-        """Take note of the input of `time_ns`; an equal one changes nothing, so splits nothing."""
+        """Send the input at `time_ns` to the muscles; an equal input sends nothing."""
         if stimulation.tobytes() != state.stimulation.tobytes():
             state.arriving.append((time_ns + self._delay_ns, self.recruited(stimulation)))
         state.stimulation = stimulation
@@ -264,7 +266,7 @@ class Finger(PlantToControl):
         return min(change, (state.fitness_ns // FITNESS_STEP_NS + 1) * FITNESS_STEP_NS)
 
     def _change_drive(self, state: FingerState, time_ns: int) -> None:
-        """Renew fitness, and let in what arrives at `time_ns`."""
+        """Update fitness and apply the recruitment that arrives at `time_ns`."""
         if self.fatigue is not None:
             elapsed_s = (time_ns - state.fitness_ns) / NS_PER_S
             state.fitness = self.fatigue.after(state.fitness, state.recruited, elapsed_s)
@@ -274,7 +276,7 @@ class Finger(PlantToControl):
         state.z[14:] = state.fitness * state.recruited
 
     def equations(self) -> FingerEquations:
-        """The finger's numbers, `strength` and `speed` included, for use elsewhere (fatigue left out)."""
+        """Complete equations of the finger, with `strength` and `speed`, without fatigue."""
         system, linear = self._system, self.recruitment_curve == "linear"
         curve = self.recruitment
         return FingerEquations(
@@ -283,14 +285,14 @@ class Finger(PlantToControl):
             chronaxie_us=curve.chronaxie_us, full_scale_us=self.full_scale_us if linear else 0.0)
 
     def linear_model(self, outputs: OutputName = "angles") -> LinearModel:
-        """What a controller is told: one of the outputs, from recruited fractions."""
+        """Model for controllers, from recruited fractions to one of the outputs."""
         rows, system = OUTPUTS[outputs], self._system
         return LinearModel(
             a=system.a, b=system.b, c=system.c[rows], offset=system.offset[rows], delay_ns=self._delay_ns,
             recruitment=None if self.recruitment_curve == "linear" else self.recruitment)
 
     def linear_form(self, output: OutputName) -> ContinuousForm:
-        """Fresh muscles, from drives (under "linear": pulse widths, s) to one of the outputs."""
+        """Linear form without fatigue, from drives (with "linear": pulse widths, s) to one of the outputs."""
         if self.fatigue is not None:
             raise uncovered("fatigue", "muscles that tire", "none")
         per_unit = 1e6 / self.full_scale_us if self.recruitment_curve == "linear" else 1.0

@@ -1,4 +1,5 @@
-"""Any linear time-invariant system as a plant, with a static nonlinearity before it if wanted."""
+"""`state_space`: a linear time-invariant system as a plant, with an optional static nonlinearity before
+it."""
 
 from __future__ import annotations
 
@@ -26,17 +27,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InputNonlinearity:
-    """v = f(u), the same for every input of the plant.
+    """Static nonlinearity v = f(u), the same for every input of the plant.
 
         none         v = u
-        saturation   v = u, kept between lower and upper
+        saturation   v = u, limited to lower and upper
         deadzone     v = 0 between lower and upper, u - upper above, u - lower below
         logistic     v = lower + (upper - lower) / (1 + exp(-(u - centre) / width))
-        table        straight lines between (table_input, table_output), level beyond its ends
+        table        straight lines between (table_input, table_output), constant beyond its ends
 
     Attributes
     ----------
-    kind: which of them.
+    kind: one of these functions.
     lower, upper, centre, width: as above; lower below upper, width above 0.
     table_input: strictly increasing, two values or more; table_output: as many.
     """
@@ -69,7 +70,7 @@ class InputNonlinearity:
                              f"{points.size} finite numbers, one for each of table_input")
 
     def apply(self, value: float) -> float:
-        """f of one input."""
+        """Apply f to one input."""
         if self.kind == "saturation":
             return min(max(value, self.lower), self.upper)
         if self.kind == "deadzone":
@@ -100,7 +101,7 @@ _NO_NONLINEARITY = InputNonlinearity()
 
 
 class StateSpaceState:
-    """z = [x; v] (n + m,), v the input behind the nonlinearity; `held` is the input that v is of."""
+    """State z = [x; v] (n + m,), with the input v after the nonlinearity; `held` is the input before it."""
 
     __slots__ = ("held", "z")
 
@@ -111,23 +112,22 @@ class StateSpaceState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StateSpace(PlantToControl):
-    """x' = a x + b f(u), y = c x + d f(u) + output_offset; with `recruitment` a Hammerstein system.
+    """A linear system x' = a x + b f(u), y = c x + d f(u) + output_offset, Hammerstein with `recruitment`.
 
-    Exact at any instant while u is held, or, with `grid_rate`, a plant of fixed steps that latches u at
-    the ticks of its grid (each step then takes the exact period). Input `u` and output `y` are vectors, or
-    a float where there is one of them only, which a block reads as a vector of one. With `recruitment` the
-    input is `stimulation` (m, 2), A and s, in place of `u`, which then is the recruited fraction of each
-    muscle: the numbers of a file that `fesloop identify` wrote make that patient a plant (a delay is a
-    wire's).
+    Exact at any instant under zero-order hold or, with `grid_rate`, a plant of fixed steps that latches u at
+    the ticks of its grid, each with the exact period. Input `u` and output `y` are vectors, or a float if
+    there is only one, which a block reads as a vector of one. With `recruitment` the input is `stimulation`
+    (m, 2), A and s, and u is the recruited fraction of each muscle: with the parameters of a file written by
+    `fesloop identify` that patient becomes a plant (the delay belongs to a wire).
 
     Attributes
     ----------
-    a, b, c, d: rows, (n, n), (n, m), (p, n), (p, m), time in s; d left empty is zero.
-    initial_state: (n,), output_offset: (p,); left empty they are zero.
+    a, b, c, d: rows, (n, n), (n, m), (p, n), (p, m), time in s; an empty d is zero.
+    initial_state: (n,), output_offset: (p,); zero if empty.
     nonlinearity: f, applied to each input.
     recruitment: curves of the m muscles.
-    grid_rate: rate of fixed steps in hertz such as "1000"; None for an exact plant.
-    input_unit, output_unit: as ports declare them.
+    grid_rate: rate of fixed steps in hertz, such as "1000"; None for an exact plant.
+    input_unit, output_unit: units of the ports.
     """
 
     a: Rows
@@ -177,16 +177,16 @@ class StateSpace(PlantToControl):
 
     @classmethod
     def from_control(cls, system: control.StateSpace, **parameters: Any) -> Self:
-        """The plant of a continuous-time `control.StateSpace`; `parameters` are the other attributes.
+        """Make a plant of a continuous-time `control.StateSpace`; `parameters` are the other attributes.
 
-        Raises InputError for a discrete-time system and for anything without A, B, C, D.
+        Raises InputError for a discrete-time system and for objects without A, B, C, D.
         """
         a, b, c, d = (_rows(each) for each in continuous_matrices("state_space", system))
         return cls(a=a, b=b, c=c, d=d, **parameters)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """u, or stimulation."""
+        """Port `u`, or `stimulation`."""
         count = len(self.b[0])
         if self.recruitment is not None:
             return (Port("stimulation", (count, 2), "A,s"),)
@@ -194,7 +194,7 @@ class StateSpace(PlantToControl):
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """y."""
+        """Port `y`."""
         count = len(self.c)
         return (Port("y", () if count == 1 else (count,), self.output_unit),)
 
@@ -209,14 +209,14 @@ class StateSpace(PlantToControl):
         return self._feedthrough
 
     def init(self, context: Context) -> StateSpaceState:
-        """The initial state, its input not yet seen."""
+        """The initial state, before the first input."""
         z = np.zeros(len(self.a) + len(self.b[0]))
         if self.initial_state:
             z[: len(self.a)] = self.initial_state
         return StateSpaceState(z)
 
     def advance(self, state: StateSpaceState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
-        """From `start_ns` to `stop_ns`, or one grid step."""
+        """Advance exactly, or by one grid step."""
         if inputs[0] is not state.held:
             state.z, state.held = self._under(state.z, inputs[0]), inputs[0]
         if self._grid is not None:
@@ -225,7 +225,7 @@ class StateSpace(PlantToControl):
             self._system.advance(state.z, stop_ns - start_ns)
 
     def read(self, state: StateSpaceState, inputs: Sequence[Value]) -> tuple[Value, ...]:
-        """(y,)."""
+        """The output (y,)."""
         z = state.z
         if self._feedthrough and inputs[0] is not state.held:
             z = self._under(z, inputs[0])
@@ -236,7 +236,7 @@ class StateSpace(PlantToControl):
     def observe(
         self, state: StateSpaceState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
     ) -> tuple[Array, ...]:
-        """(y,) of an exact plant at `times_ns`, ascending, state untouched."""
+        """Output (y,) of an exact plant at `times_ns`, ascending; the state is not changed."""
         z = state.z if inputs[0] is state.held else self._under(state.z, inputs[0])
         rows = np.empty((len(times_ns), len(self.c)))
         self._system.read_ahead(z, start_ns, np.array(times_ns, dtype=np.int64), rows)
@@ -253,9 +253,9 @@ class StateSpace(PlantToControl):
         return copy
 
     def linear_model(self, outputs: Literal["y"] = "y") -> LinearModel:
-        """What a controller is told: the linear part, behind recruitment; without the nonlinearity.
+        """Model for controllers: the linear part after recruitment, without the nonlinearity.
 
-        Raises InputError where d is not zero: a LinearModel has no direct feedthrough.
+        Raises InputError if d is not zero, as a LinearModel has no direct feedthrough.
         """
         if self._feedthrough:
             raise InputError("state_space.d", "a direct feedthrough", "zero, for a linear model")
@@ -264,7 +264,7 @@ class StateSpace(PlantToControl):
                            recruitment=self.recruitment)
 
     def linear_form(self, output: Literal["y"]) -> ContinuousForm:
-        """The linear part, behind recruitment."""
+        """The linear part after recruitment."""
         for key, found in (("nonlinearity", self.nonlinearity.kind), ("grid_rate", self.grid_rate)):
             if found not in ("none", None):
                 raise uncovered(key, f"{found}", "none")

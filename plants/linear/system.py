@@ -1,13 +1,14 @@
-"""Linear systems under held inputs, taken exactly over any whole number of nanoseconds.
+"""Linear systems under zero-order hold, advanced exactly by any whole number of nanoseconds.
 
-A duration is split into decimal digits. The step over each digit at each place, such as 3 000 000 ns, is
-a matrix exponential made when its place is first reached; a duration is the product of its digits' steps,
-applied to the state one after the other. So the result is a function of state and duration alone (nothing
-asked before can change a bit of it), whole milliseconds take a product or two, durations with jitter a few
-more, and the table stays small: 10 matrices a place, 8 places up to 100 ms.
+A duration is split into decimal digits. The step over each digit at each place, such as 3 000 000 ns, is a
+matrix exponential computed when its place is first needed; a duration is the product of its digits' steps,
+applied to the state one after the other. The result is therefore a function of state and duration alone,
+independent of earlier calls, bit for bit. Whole milliseconds take a product or two, durations with jitter a
+few
+more, and the table stays small: 10 matrices per place, 8 places up to 100 ms.
 
-The sums run in a fixed order, a row of the transposed matrix at a time, which vectorises and gives the
-same bits wherever the arrays lie in memory; a BLAS does not promise that.
+Sums have a fixed order, a row of the transposed matrix at a time, which vectorises and gives the same bits
+for any alignment of the arrays in memory; a BLAS does not guarantee that.
 """
 
 from __future__ import annotations
@@ -24,12 +25,13 @@ from fesloop.models.linear_model import zero_order_hold
 Array = NDArray[np.float64]
 _DIGITS = 10
 NEGLIGIBLE = 1e-100
-"""What is smaller becomes zero, or a system at rest would decay into denormal numbers, which are slow."""
+"""Values below this become zero, as a system at rest would otherwise decay into denormal numbers, which are
+slow."""
 
 
 @compiled
 def step_held(step_t: Array, z: Array) -> None:
-    """z[:n] := [Phi Gamma] z, where `step_t` (n + m, n) is the transpose of [Phi Gamma]."""
+    """Set z[:n] to [Phi Gamma] z; `step_t` (n + m, n) is the transpose of [Phi Gamma]."""
     states = step_t.shape[1]
     after = np.zeros(states)
     for j in range(z.size):
@@ -60,13 +62,13 @@ def advance_digits(table: Array, z: Array, duration_ns: int, after: Array) -> No
 
 @compiled
 def advance_held(table: Array, z: Array, duration_ns: int) -> None:
-    """Take z over a duration, in place."""
+    """Advance z by a duration, in place."""
     advance_digits(table, z, duration_ns, np.empty(table.shape[3]))
 
 
 @compiled
 def read_outputs(output_t: Array, z: Array, y: Array) -> None:
-    """y := offset + [c d] z; `output_t` stacks offset, c' and d' (d' left out where d is zero)."""
+    """Set y to offset + [c d] z; `output_t` stacks offset, c' and d' (no d' if d is zero)."""
     for i in range(y.size):
         y[i] = output_t[0, i]
     for j in range(output_t.shape[0] - 1):
@@ -77,7 +79,7 @@ def read_outputs(output_t: Array, z: Array, y: Array) -> None:
 
 @compiled
 def read_first(output_t: Array, z: Array) -> float:
-    """The first output alone, as a float."""
+    """First output alone, as a float."""
     first = output_t[0, 0]
     for j in range(output_t.shape[0] - 1):
         first += output_t[j + 1, 0] * z[j]
@@ -88,7 +90,7 @@ def read_first(output_t: Array, z: Array) -> float:
 def read_ahead(
     table: Array, output_t: Array, z: Array, start_ns: int, times_ns: NDArray[np.int64], rows: Array
 ) -> None:
-    """Fill `rows` with the outputs at `times_ns`, z being of `start_ns` and untouched."""
+    """Fill `rows` with the outputs at `times_ns`, from z at `start_ns`, which is not changed."""
     ahead, after = np.empty(z.size), np.empty(table.shape[3])
     for k in range(times_ns.size):
         for i in range(z.size):
@@ -98,14 +100,14 @@ def read_ahead(
 
 
 class HeldLinearSystem:
-    """x' = a x + b u, y = c x + d u + offset, with u held.
+    """A linear system x' = a x + b u, y = c x + d u + offset under zero-order hold.
 
     Parameters
     ----------
     a, b, c, d: (n, n), (n, m), (p, n), (p, m); time in s.
     offset: (p,).
 
-    Holds no state: z = [x; u] (n + m,), contiguous float64, is the caller's, who writes u into z[n:].
+    The state z = [x; u] (n + m,), contiguous float64, belongs to the caller, who writes u into z[n:].
     """
 
     __slots__ = ("_output_t", "_outputs", "_reach_ns", "_table", "a", "b", "c", "d", "offset")
@@ -128,31 +130,31 @@ class HeldLinearSystem:
         return np.where(np.abs(step_t) > NEGLIGIBLE, step_t, 0.0)
 
     def advance(self, z: Array, duration_ns: int) -> None:
-        """Take z over `duration_ns` (0 or more), in place."""
+        """Advance z by `duration_ns` (0 or more), in place."""
         if duration_ns >= self._reach_ns:
             self._extend(duration_ns)
         advance_held(self._table, z, duration_ns)
 
     def read(self, z: Array) -> Array:
-        """y, (p,), fresh."""
+        """Output y, (p,), in a new array."""
         outputs = np.empty(self._outputs)
         read_outputs(self._output_t, z, outputs)
         return outputs
 
     def read_first(self, z: Array) -> float:
-        """The first of y, as a float."""
+        """First element of y, as a float."""
         first: float = read_first(self._output_t, z)
         return first
 
     def read_ahead(self, z: Array, start_ns: int, times_ns: NDArray[np.int64], rows: Array) -> None:
-        """Fill `rows` (k, p) with y at `times_ns` (k,), ascending; z is of `start_ns` and left alone."""
+        """Fill `rows` (k, p) with y at `times_ns` (k,), ascending, from z at `start_ns`, not changed."""
         furthest = int(times_ns[-1]) - start_ns
         if furthest >= self._reach_ns:
             self._extend(furthest)
         read_ahead(self._table, self._output_t, z, start_ns, times_ns, rows)
 
     def _extend(self, duration_ns: int) -> None:
-        """Make the table reach `duration_ns`."""
+        """Extend the table to `duration_ns`."""
         places = len(str(duration_ns))
         first = self._table.shape[0]
         added = np.empty((places - first, *self._table.shape[1:]))

@@ -1,4 +1,4 @@
-"""What of MyoHand stands for the hand's segments, freedoms and muscles, and where its segments are."""
+"""Parts of MyoHand that represent the hand's segments, freedoms and muscles, and its segments' frames."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FiveThrees = tuple[Three, Three, Three, Three, Three]
 
 
 class Bone(NamedTuple):
-    """Of one segment: MyoHand's body, the joint at its near end that flexes it, the sign of flexion about its
+    """MyoHand's body of a segment, the joint at its near end that flexes it, the sign of flexion about its
     axis, and the joint or site at its far end."""
 
     body: str
@@ -38,11 +38,11 @@ BONES: dict[str, Bone] = {
     "F1p": Bone("proximal_thumb_r", "mp_flexion_r", -1.0, "ip_flexion_r"),
     "F1d": Bone("distal_thumb_r", "ip_flexion_r", -1.0, "THtip_r"),
     **_finger(2, "IFtip_r"), **_finger(3, "MFtip_r"), **_finger(4, "RFtip_r"), **_finger(5, "LFtip_r")}
-"""By segment, in the order of the hand's tree behind forearm and hand."""
+"""Bones by segment, in the order of the hand's tree after forearm and hand."""
 HAND_BODY, WRIST = "lunate_r", "flexion_r"
 PALM_BODIES = ("lunate_r", "scaphoid_r", "pisiform_r", "triquetrum_r", "capitate_r", "trapezium_r",
                "trapezoid_r", "hamate_r", "secondmc_r", "thirdmc_r", "fourthmc_r", "fifthmc_r")
-"""One rigid body in all: MyoHand's carpal bones and metacarpals have no joints."""
+"""Bodies of the palm, together one rigid body: MyoHand's carpal bones and metacarpals have no joints."""
 JOINTS: dict[str, str] = {
     "wrist_flexion": "flexion_r", "wrist_abduction": "deviation_r",
     "F1_cmc_flexion": "cmc_abduction_r", "F1_cmc_abduction": "cmc_flexion_r",
@@ -54,31 +54,31 @@ JOINTS: dict[str, str] = {
 from the two others. The thumb is pronated by 93 deg, so what MyoHand calls abduction bends the thumb out
 of the palm, our flexion, and what it calls extension moves it sideways, our abduction to the radial side.
 MyoHand's own `pro_sup_r` is the forearm's, which is turned as a whole."""
-STANDS_FOR: dict[str, tuple[str, ...]] = {
+REPRESENTS: dict[str, tuple[str, ...]] = {
     **{name: (f"{name}_r",) for name in EXTRINSIC}, "THENAR": ("OP_r",),
     "INT2": ("LU_RB2_r", "UI_UB2_r"),
     **{f"INT{i}": (f"RI{i}_r", f"LU_RB{i}_r", f"UI_UB{i}_r") for i in range(3, 6)}}
-"""MyoHand's muscles that each of ours activates. THENAR: the opponens is all there is, no short flexor,
-abductor or adductor. Interossei and lumbricals: radial interosseous, lumbrical with the radial band, ulnar
-interosseous with the ulnar band; the index finger's radial one, RI2_r, stays out: where that MCP joint passes
-some 10 deg its path jumps from one side of a wrapping surface to the other and its length by up to 11 mm, and
-below it extends the joint that it should flex. Its pronators, PT_r and PQ_r, are left out."""
+"""MyoHand's muscles that each muscle of `hand` activates. THENAR: MyoHand has the opponens alone, no short
+flexor, abductor or adductor. Interossei and lumbricals: radial interosseous, lumbrical with the radial band,
+ulnar interosseous with the ulnar band; the index finger's radial one, RI2_r, is omitted: at some 10 deg of
+that MCP joint its path jumps from one side of a wrapping surface to the other and its length by up to 11 mm,
+and below that angle it extends the joint that it should flex. The pronators, PT_r and PQ_r, are omitted."""
 
 
 def activated_by(model: mujoco.MjModel) -> tuple[str, ...]:
-    """By MyoHand's muscles (36,), which of ours activates it."""
-    owner = {theirs: name for name, stands_for in STANDS_FOR.items() for theirs in stands_for}
+    """Muscle of `hand` that activates each of MyoHand's muscles, (36,)."""
+    owner = {theirs: name for name, represented in REPRESENTS.items() for theirs in represented}
     return tuple(owner[model.actuator(k).name] for k in range(len(owner)))
 
 
 class Anatomy(NamedTuple):
-    """Where MyoHand's segments stand with all its joints at 0.
+    """Frames of MyoHand's segments with all its joints at 0.
 
     Attributes
     ----------
-    wrist: the wrist's centre, (3,), m, and `axes`, (3, 3), of the hand in its columns, in MyoHand's frame.
+    wrist: the wrist's centre, (3,), m, in MyoHand's frame. axes: axes of the hand in the columns, (3, 3).
     frames: by segment, hand first, the body, and in its frame the far end (3,), m, and the axes (3, 3).
-    size: the hand's measures.
+    size: measures of the hand.
     """
 
     wrist: Array
@@ -88,9 +88,9 @@ class Anatomy(NamedTuple):
 
 
 def load() -> mujoco.MjSpec:
-    """MyoHand's right hand and arm as shipped; raises InputError where the package is missing.
+    """Load MyoHand's right hand and arm as shipped; InputError if the package is missing.
 
-    What `myo_sim.load_spec("myohand_r")` hangs on a torso; that function also leaves a log file behind.
+    `myo_sim.load_spec("myohand_r")` attaches the same to a torso, but leaves a log file behind.
     """
     try:
         from myo_sim import FRAGMENT_SPEC_BUILDERS
@@ -101,11 +101,11 @@ def load() -> mujoco.MjSpec:
 
 
 def anatomy(model: mujoco.MjModel) -> Anatomy:
-    """Frames of MyoHand as shipped, after fesloop's convention for right hands.
+    """Find the frames of MyoHand as shipped, in fesloop's convention for right hands.
 
-    y points from a segment's far end to the joint at its near end, z as near as it can along the axis of
-    flexion of that joint; of the hand y from the middle finger's MCP joint to the wrist's centre, z from the
-    little finger's MCP joint to the index finger's.
+    y points from a segment's far end to the joint at its near end, z as nearly as possible along that joint's
+    axis of flexion; for the hand y points from the middle finger's MCP joint to the wrist's centre, z from
+    the little finger's MCP joint to the index finger's.
     """
     at_zero = mujoco.MjData(model)
     mujoco.mj_forward(model, at_zero)
@@ -140,7 +140,7 @@ def _millimetres(way: Array) -> float:
 
 
 def _size(palm: float, lengths: list[float], forearm: float, thickness: list[float]) -> HandSize:
-    """Measures of these lengths, mm: palm, 15 segments, forearm, thickness of the tips."""
+    """Measures from lengths, mm: palm, 15 segments, forearm, thickness of the tips."""
     rows = [cast(Three, tuple(lengths[i:i + 3])) for i in range(0, 15, 3)]
     middle = palm + sum(rows[2]) + SOFT_TISSUE_MM[2]
     return HandSize(hand_mm=middle, palm_mm=palm, segments_mm=cast(FiveThrees, tuple(rows)),
@@ -148,7 +148,7 @@ def _size(palm: float, lengths: list[float], forearm: float, thickness: list[flo
 
 
 def skin(body: str, model: mujoco.MjModel) -> int:
-    """The capsule (geom) that is a body's skin; -1 where it has none."""
+    """Capsule (geom) of a body's skin; -1 if it has none."""
     for geom in range(model.ngeom):
         if (model.body(model.geom_bodyid[geom]).name == body and model.geom_contype[geom]
                 and model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE):
@@ -157,7 +157,7 @@ def skin(body: str, model: mujoco.MjModel) -> int:
 
 
 def _axes(y: Array, z: Array) -> Array:
-    """Axes x, y, z in the columns, (3, 3): y as given, z turned to be at right angles to it."""
+    """Axes x, y, z in the columns, (3, 3): y as given, z made perpendicular to it."""
     along = y / np.linalg.norm(y)
     across = z - along * (along @ z)
     across /= np.linalg.norm(across)

@@ -1,4 +1,4 @@
-"""MyoHand's joints: what holds them, and how they stand for angles of the hand's freedoms."""
+"""MyoHand's joints: their springs and dampers, and their relation to the angles of the hand's freedoms."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import FINGER_RESTS_DEG
 from plants.hand.model import RESTING_LENGTH, nominal_passive
 from plants.hand.muscles import FIBRES_MM, passive_n_m
-from plants.myohand.anatomy import JOINTS, STANDS_FOR, activated_by
+from plants.myohand.anatomy import JOINTS, REPRESENTS, activated_by
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def joint_rotations(parents: NDArray[np.int64], axes: Array, rates: Array, accel
         about_y = (cf * w[1] - sf * w[0]) / ca
         about_x = cf * w[0] + sf * w[1]
         about_z = w[2] - sa * about_y
-        # As seen from the turning parent; then without what the turning of the axes themselves adds.
+        # In the rotating parent's frame; then without the contribution of the rotating axes.
         past = axes[i].T @ rates[i]
         seen = axes[i].T @ (accelerations[k] - accelerations[i]) - np.cross(past, w)
         x_axis = np.array([cf, sf, 0.0])
@@ -61,20 +61,21 @@ def joint_rotations(parents: NDArray[np.int64], axes: Array, rates: Array, accel
 
 
 TENDONS_SHARE = 0.01
-"""N m/rad that relaxed tendons add to the fingers' MCP joints' own .03 in `hand`, so that the total is as
-measured, .033 to .047 (PMC7775510). What MyoHand's, on smaller arms, leave of it, the joints' springs add."""
+"""Stiffness, N m/rad, that relaxed tendons add to the fingers' MCP joints' own .03 in `hand`, so that the
+total is as measured, .033 to .047 (PMC7775510). MyoHand's tendons, on smaller arms, add less; the joints'
+springs add the rest."""
 ALLOWANCE_DEG = 20.0
-"""Chosen: so far from what is asked for MyoHand may stand where its joints end."""
+"""Chosen: greatest error of an angle at the end of a joint of MyoHand."""
 NO_JOINT, NO_JOINT_WEIGHT, NO_JOINT_ALLOWANCE_DEG = "F1_cmc_pronation", 0.05, 45.0
-"""The freedom that follows from two others: these come first, and it may be further off (chosen)."""
+"""The freedom that follows from two others, its lower weight and its greater allowed error (chosen)."""
 NEAR_BASE = 1e-3
-"""Weight of the distance from other joints' places over that from the angles asked for (chosen)."""
+"""Weight of the distance from the base posture relative to that from the requested angles (chosen)."""
 
 
 def rest_angles(rest_deg: dict[str, float]) -> dict[str, float]:
-    """Angles, deg, that the relaxed hand is asked for: flexion of fingers and thumb as our hand's.
+    """Requested angles of the relaxed hand, deg: flexion of fingers and thumb as in `hand`.
 
-    Wrist, fingers' abduction and the thumb's base are left where MyoHand has them with its joints at 0.
+    Wrist, fingers' abduction and the thumb's base keep MyoHand's angles with its joints at 0.
     """
     fingers = {f"{finger}_{joint}_flexion": angle for finger, angles in FINGER_RESTS_DEG.items()
                for joint, angle in zip(("mcp", "pip", "dip"), angles, strict=True)}
@@ -83,13 +84,14 @@ def rest_angles(rest_deg: dict[str, float]) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Joints:
-    """MyoHand's 22 joints in a model, and the hand's 23 freedoms as they turn them.
+    """MyoHand's 22 joints in a model, and the hand's 23 freedoms.
 
     Attributes
     ----------
-    tree: of the hand. places: of the joints among MuJoCo's hinges, (22,), in the order of `JOINTS`.
-    segments: (17,), bodies that stand as the tree's segments. parents: (17,), of these.
-    free: (17, 3), about which of three axes each joint has a freedom.
+    tree: segments of the hand. places: indices of the joints among MuJoCo's hinges, (22,), in the order of
+        `JOINTS`.
+    segments: (17,), bodies oriented like the tree's segments. parents: (17,), parents of these.
+    free: (17, 3), whether each joint has a freedom about each of three axes.
     """
 
     tree: SegmentTree
@@ -100,30 +102,30 @@ class Joints:
 
     @classmethod
     def of(cls, model: mujoco.MjModel, tree: SegmentTree) -> Joints:
-        """Those of a model that holds MyoHand."""
+        """Find the joints of a model with MyoHand."""
         return cls(tree, np.array([model.joint(name).id for name in JOINTS.values()]),
                    np.array([model.body(name).id for name in tree.names]),
                    np.ascontiguousarray(tree.layout[:, 0]), np.arange(3) < tree.layout[:, 1:2])
 
     def moved(self, state: mujoco.MjData) -> Array:
-        """Angles, rates, accelerations of the freedoms, (3, 23), rad and s; MuJoCo's are those of now."""
+        """Angles, rates, accelerations of the freedoms, (3, 23), rad and s, from evaluated data."""
         axes = state.xmat[self.segments].reshape(-1, 3, 3)
         rates, accelerations = state.cvel[self.segments, :3], state.cacc[self.segments, :3]
         rows = joint_rotations(self.parents, axes, rates, accelerations)
         return np.asarray(rows.transpose(1, 0, 2)[:, self.free])
 
-    def nearest(self, where: str, model: mujoco.MjModel, wanted_deg: dict[str, float], base: Array) -> Array:
-        """Joint positions (22,) within their ranges, as near as they come to angles of freedoms, deg.
+    def nearest(self, where: str, model: mujoco.MjModel, target_deg: dict[str, float], base: Array) -> Array:
+        """Joint positions (22,) within their ranges, nearest to angles of freedoms, deg.
 
-        Joints that these leave open stay at `base`, (22,). Raises InputError, naming the parameter `where`,
-        for a freedom that is not there and for an angle that MyoHand does not come near.
+        Joints that these do not determine stay at `base`, (22,). Raises InputError, naming the parameter
+        `where`, for an unknown freedom and for an angle out of MyoHand's reach.
         """
-        _require_angles(where, self.tree.freedoms, wanted_deg)
-        if not wanted_deg:
+        _require_angles(where, self.tree.freedoms, target_deg)
+        if not target_deg:
             return base
-        rows = np.array([self.tree.freedom(name) for name in wanted_deg])
-        wanted = np.deg2rad(list(wanted_deg.values()))
-        led = np.array([name == NO_JOINT for name in wanted_deg])
+        rows = np.array([self.tree.freedom(name) for name in target_deg])
+        target = np.deg2rad(list(target_deg.values()))
+        led = np.array([name == NO_JOINT for name in target_deg])
         weight = np.where(led, NO_JOINT_WEIGHT, 1.0)
         trial = mujoco.MjData(model)
 
@@ -133,26 +135,26 @@ class Joints:
             return np.asarray(self.moved(trial)[0, rows])
 
         def misfit(places: Array) -> Array:
-            return np.concatenate([weight * (angles(places) - wanted), NEAR_BASE * (places - base)])
+            return np.concatenate([weight * (angles(places) - target), NEAR_BASE * (places - base)])
 
         low, high = model.jnt_range[self.places].T
         found = least_squares(misfit, np.clip(base, low + 1e-6, high - 1e-6), bounds=(low, high), xtol=1e-12,
                               ftol=1e-12)
         reached = np.rad2deg(angles(found.x))
         allowed = np.where(led, NO_JOINT_ALLOWANCE_DEG, ALLOWANCE_DEG)
-        off = np.abs(reached - np.rad2deg(wanted)) / allowed
+        off = np.abs(reached - np.rad2deg(target)) / allowed
         worst = int(np.argmax(off))
         if not off[worst] <= 1.0:
-            name = tuple(wanted_deg)[worst]
-            raise InputError(f"{where}.{name}", f"{wanted_deg[name]:g}",
-                             f"what MyoHand's joints come near: {reached[worst]:.0f} deg")
+            name = tuple(target_deg)[worst]
+            raise InputError(f"{where}.{name}", f"{target_deg[name]:g}",
+                             f"angles within reach of MyoHand's joints, such as {reached[worst]:.0f} deg")
         return np.asarray(found.x)
 
     def hold(self, model: mujoco.MjModel, rest: Array, contracture: float, stiffness: float,
              damping: float, tension: float) -> None:
-        """Springs and dampers as our hand's, such that without gravity the hand rests at `rest`, (22,).
+        """Set springs and dampers as in `hand`, so that without gravity the hand rests at `rest`, (22,).
 
-        Factors: on the stiffness of MCP joints, of all joints, on their damping, and on tendons' stiffness.
+        Factors apply to the stiffness of MCP joints, of all joints, to damping, and to tendons' stiffness.
         """
         springs, dampers = nominal_passive(self.tree, contracture)
         rows = [self.tree.freedom(name) for name in JOINTS]
@@ -170,9 +172,10 @@ class Joints:
         model.qpos_spring[self.places] = rest - shift
 
     def _tighten(self, model: mujoco.MjModel, relaxed: mujoco.MjData, tension: float) -> Array:
-        """Make springs of relaxed tendons; what these add to the joints' stiffness, (22,), N m/rad, healthy.
+        """Make springs of relaxed tendons; returns their contribution to joint stiffness, (22,), N m/rad.
 
-        They are as stiff as those of `hand` and slack where these are.
+        They are as stiff as those of `hand`, and slack at the same lengths; the contribution is that of
+        healthy tendons.
         """
         arms = np.zeros((model.nu, model.nv))
         mujoco.mju_sparse2dense(arms, relaxed.actuator_moment.ravel(), relaxed.moment_rownnz,
@@ -180,7 +183,7 @@ class Joints:
         added = np.zeros(model.nv)
         for muscle, name in enumerate(activated_by(model)):
             tendon = int(model.actuator_trnid[muscle, 0])
-            stiff = passive_n_m(name) / len(STANDS_FOR[name])
+            stiff = passive_n_m(name) / len(REPRESENTS[name])
             slack = relaxed.ten_length[tendon] - (RESTING_LENGTH - 1.0) * 1e-3 * FIBRES_MM[name]
             model.tendon_stiffness[tendon] = tension * stiff
             model.tendon_lengthspring[tendon] = 0.0, slack
@@ -188,10 +191,10 @@ class Joints:
         return np.asarray(added[self.places])
 
 
-def _require_angles(where: str, freedoms: tuple[str, ...], wanted_deg: dict[str, float]) -> None:
-    for name, angle in wanted_deg.items():
+def _require_angles(where: str, freedoms: tuple[str, ...], target_deg: dict[str, float]) -> None:
+    for name, angle in target_deg.items():
         if name not in freedoms:
-            raise InputError(f"{where}.{name}", "is no freedom of the hand", ", ".join(freedoms),
+            raise InputError(f"{where}.{name}", "is not a freedom of the hand", ", ".join(freedoms),
                              did_you_mean(name, freedoms))
         if not abs(angle) <= 180.0:
             raise InputError(f"{where}.{name}", f"{angle:g}", "-180 to 180 deg")

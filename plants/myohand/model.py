@@ -1,4 +1,4 @@
-"""MyoHand made to stand where our hand does: forearm, skin, segment frames with sensors, solver."""
+"""MyoHand's model with the forearm, skin, segment frames, sensors and solver of `hand`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from plants.myohand.anatomy import (
     BONES,
     HAND_BODY,
     PALM_BODIES,
-    STANDS_FOR,
+    REPRESENTS,
     Anatomy,
     anatomy,
     load,
@@ -37,13 +37,13 @@ from plants.myohand.patches import FORCE, PASSIVE, set_force
 
 Array = NDArray[np.float64]
 ROOT, FIRST = "myoarm_r_root", "clavicle_r"
-"""Body that all of MyoHand hangs on, and the only one on it."""
+"""Root body of MyoHand, and its only child."""
 TOUCHED_M = 0.03
-"""Radius of the ball around a distal segment in which its contacts are felt: the whole of it (chosen)."""
+"""Radius of the touch sensor's ball around a distal segment, which covers all of it (chosen)."""
 
 
 def to_quaternion(axes: Array) -> Array:
-    """(4,) of a rotation matrix (3, 3)."""
+    """Quaternion (4,) of a rotation matrix (3, 3)."""
     q = np.zeros(4)
     mujoco.mju_mat2Quat(q, np.ascontiguousarray(axes).ravel())
     return q
@@ -51,9 +51,9 @@ def to_quaternion(axes: Array) -> Array:
 
 @cache
 def loaded() -> tuple[mujoco.MjSpec, mujoco.MjModel, Anatomy]:
-    """MyoHand stripped, to be copied before it is changed, and the model and the anatomy that it comes from.
+    """Stripped MyoHand, to be copied before changes, and model and anatomy of the shipped one.
 
-    Raises InputError where it is missing.
+    Raises InputError if it is missing.
     """
     spec = load()
     shipped = spec.compile()
@@ -62,10 +62,10 @@ def loaded() -> tuple[mujoco.MjSpec, mujoco.MjModel, Anatomy]:
 
 
 def strip(spec: mujoco.MjSpec) -> None:
-    """Leave bones without pictures, the skin's capsules, and the muscles that ours stand for."""
-    wanted = {name for names in STANDS_FOR.values() for name in names}
+    """Remove all but bones without meshes, the skin's capsules, and the represented muscles."""
+    kept = {name for names in REPRESENTS.values() for name in names}
     for actuator in list(spec.actuators):
-        if actuator.name not in wanted:
+        if actuator.name not in kept:
             spec.delete(spec.tendon(actuator.target))
             spec.delete(actuator)
     bodies = {bone.body for bone in BONES.values()} | set(PALM_BODIES)
@@ -80,11 +80,11 @@ def strip(spec: mujoco.MjSpec) -> None:
         spec.delete(thing)
 
 
-def stand(spec: mujoco.MjSpec, shipped: mujoco.MjModel, found: Anatomy, forearm: Array,
-          step_s: float) -> None:
-    """Weld MyoHand's arm to a body `forearm`, turned by `forearm`, (4,), the wrist's centre at the origin.
+def weld_arm(spec: mujoco.MjSpec, shipped: mujoco.MjModel, found: Anatomy, forearm: Array,
+             step_s: float) -> None:
+    """Weld MyoHand's arm to a body `forearm` of orientation `forearm`, (4,), with the wrist at the origin.
 
-    The arm weighs nothing: the forearm is held, or driven.
+    The arm has no mass, as the forearm is fixed or driven.
     """
     set_solver(spec, step_s)
     at_zero = mujoco.MjData(shipped)
@@ -102,7 +102,7 @@ def stand(spec: mujoco.MjSpec, shipped: mujoco.MjModel, found: Anatomy, forearm:
 
 
 def add_segments(spec: mujoco.MjSpec, found: Anatomy) -> None:
-    """Bodies without mass in the segments' frames, named by them, and sensors on the back of each."""
+    """Add massless bodies in the segments' frames, with their names, and sensors on the back of each."""
     names = ("forearm", *found.frames)
     for name, (bone, end, axes) in found.frames.items():
         spec.body(bone).add_body(name=name, pos=end, quat=to_quaternion(axes))
@@ -110,14 +110,14 @@ def add_segments(spec: mujoco.MjSpec, found: Anatomy) -> None:
         spec.body(name).add_site(name=f"imu {name}", pos=place)
     for name in TIPS:
         spec.body(name).add_site(name=f"tip {name}")
-        # Touch is felt by the body that the skin belongs to.
+        # The touch sensor belongs to the body that has the skin.
         bone, end, _ = found.frames[name]
         spec.body(bone).add_site(name=f"touch {name}", pos=end, size=[TOUCHED_M, 0.0, 0.0])
     sense_sites(spec, names)
 
 
 def set_skin(spec: mujoco.MjSpec) -> None:
-    """Have what is left of the surface touch as our hand's does, each piece under its segment's name."""
+    """Give the remaining skin the contact parameters of `hand`, and the names of segments."""
     owner = {bone.body: name for name, bone in BONES.items()}
     for geom in spec.geoms:
         if not geom.contype:
@@ -132,12 +132,12 @@ def set_skin(spec: mujoco.MjSpec) -> None:
 
 
 def set_muscles(spec: mujoco.MjSpec, strength: Array, tension: float) -> None:
-    """Activation as it comes, without MyoHand's own lag; factors (29,) on peak force, and on passive tension.
+    """Remove MyoHand's activation lag, and set factors (29,) on peak force, and one on passive tension.
 
-    Passive tension is that of the healthy muscle times `tension`, whatever its strength.
+    Passive tension is that of the healthy muscle times `tension`, independent of its strength.
     """
     for name, factor in zip(MUSCLES, strength, strict=True):
-        for actuator in STANDS_FOR[name]:
+        for actuator in REPRESENTS[name]:
             muscle = spec.actuator(actuator)
             muscle.dyntype = mujoco.mjtDyn.mjDYN_NONE
             passive = NEARLY_NONE + muscle.gainprm[PASSIVE] * tension / factor
@@ -146,7 +146,7 @@ def set_muscles(spec: mujoco.MjSpec, strength: Array, tension: float) -> None:
 
 
 def fibres_of(activated: tuple[str, ...]) -> Array:
-    """(29, 36), 1/m: from velocities of MyoHand's tendons to our fibres', in optimal lengths per s."""
-    share = np.array([[1.0 * (ours == name) for ours in activated] for name in MUSCLES])
+    """Matrix (29, 36), 1/m, from tendon velocities of MyoHand to fibre velocities, optimal lengths per s."""
+    share = np.array([[1.0 * (owner == name) for owner in activated] for name in MUSCLES])
     lengths = 1e-3 * np.array([FIBRES_MM[name] for name in MUSCLES])
     return np.asarray(share / (share.sum(axis=1) * lengths)[:, np.newaxis])

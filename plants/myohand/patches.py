@@ -1,4 +1,4 @@
-"""What is changed of MyoHand as myo-sim 0.2.4 ships it, each change under a name by which to leave it out."""
+"""Named changes of MyoHand as shipped with myo-sim 0.2.4; each can be omitted."""
 
 from __future__ import annotations
 
@@ -13,31 +13,32 @@ from numpy.typing import NDArray
 from fesloop.hand.movements import MUSCLES
 from plants.hand.model import DENSITY, END_SOLIMP
 from plants.hand.muscles import EXTENSOR_SHARE, FLEXOR_SHARE, MOBL_ARMS_N
-from plants.myohand.anatomy import BONES, PALM_BODIES, STANDS_FOR
+from plants.myohand.anatomy import BONES, PALM_BODIES, REPRESENTS
 
 Array = NDArray[np.float64]
 PLACEHOLDER = 1e-4
-"""kg m^2 about every axis, of each bone of fingers and palm: the index finger's proximal phalanx has 2e-6."""
+"""Shipped inertia of each bone of fingers and palm about every axis, kg m^2; the index finger's proximal
+phalanx has 2e-6."""
 LOWEST_DEG, HIGHEST_DEG = -25.0, 10.0
-"""Of `deviation_r`, which is positive towards the radius: 25 ulnar and 10 radial, as wrists have more of the
-former (`fesloop.hand.skeleton`: 35 and 20, typical). Beyond 25 ulnar the path of EDC3_r jumps by 2 mm."""
+"""Range of `deviation_r`, positive towards the radius: 25 ulnar and 10 radial, as wrists have more ulnar
+range (`fesloop.hand.skeleton`: 35 and 20, typical). Beyond 25 ulnar the path of EDC3_r jumps by 2 mm."""
 ARMATURE = 2e-6
-"""kg m^2. Chosen: what 25 g of muscle add where a tendon's arm is 9 mm. Without any the last phalanges, of
-1 to 3 g, leave their ranges by 30 deg under full force in steps of 1 ms."""
+"""Armature of joints, kg m^2 (chosen: that of 25 g of muscle at a tendon's arm of 9 mm). Without it the last
+phalanges, of 1 to 3 g, leave their ranges by 30 deg under full force in steps of 1 ms."""
 END_TIME_S = 0.002
-"""Back from beyond a range's end within this time, critically damped: chosen, as quick as steps of 1 ms can
-be, since MyoHand's muscles are viscous beside its light segments (with the 6 ms of `hand`: 36 deg)."""
+"""Time to return from beyond a range's end, critically damped (chosen: as short as steps of 1 ms allow, since
+MyoHand's muscles are viscous relative to its light segments; with the 6 ms of `hand`: 36 deg)."""
 FORCE, PASSIVE = 2, 7
-"""Where MuJoCo keeps a muscle's peak force and the size of its passive force."""
+"""Indices of a muscle's peak force and passive force among MuJoCo's parameters."""
 _SWEPT: tuple[tuple[str, ...], ...] = (("flexion_r",), ("deviation_r",), *(
     (*(f"{letters}{i}_{motion}_r" for i in range(2, 6)), thumb) for letters, motion, thumb in (
         ("mcp", "flexion", "cmc_flexion_r"), ("mcp", "abduction", "cmc_abduction_r"),
         ("pm", "flexion", "mp_flexion_r"), ("md", "flexion", "ip_flexion_r"))))
-"""Joints that are moved together to find the lengths of tendons: each tendon crosses one of a row at most."""
+"""Joints moved together to find the lengths of tendons; each tendon crosses at most one of a row."""
 
 
 def _inertia(spec: mujoco.MjSpec) -> None:
-    """Cylinders as thick and long as the skin's capsule, balls where there is none, of the shipped masses."""
+    """Set inertias of cylinders of the skin capsule's size, or else of balls, of the shipped masses."""
     for name in (*PALM_BODIES, *(bone.body for bone in BONES.values())):
         body = spec.body(name)
         if not np.allclose(body.fullinertia[:3], PLACEHOLDER):
@@ -56,42 +57,42 @@ def _inertia(spec: mujoco.MjSpec) -> None:
 
 
 def _armature(spec: mujoco.MjSpec) -> None:
-    """Less: 1e-4 kg m^2 on every joint is again fifty times what turns in a finger."""
+    """Reduce the armature: 1e-4 kg m^2 on every joint is fifty times the inertia of a finger's segment."""
     for joint in spec.joints:
         joint.armature = ARMATURE
 
 
 def _ends(spec: mujoco.MjSpec) -> None:
-    """Hard ends of the joints' ranges: full force takes a joint some degrees beyond."""
+    """Set hard ends of the joints' ranges, which full force exceeds by some degrees."""
     for joint in spec.joints:
         joint.solref_limit, joint.solimp_limit = [END_TIME_S, 1.0], END_SOLIMP
 
 
 def _deviation(spec: mujoco.MjSpec) -> None:
-    """The wrist's range of deviation the right way round."""
+    """Exchange the wrist's ranges of radial and ulnar deviation."""
     spec.joint("deviation_r").range = [math.radians(LOWEST_DEG), math.radians(HIGHEST_DEG)]
 
 
 def _strength(spec: mujoco.MjSpec) -> None:
-    """Peak forces with the shares of `plants.hand.muscles`, and EDC5_r's 39.4 N, where it has 139.4."""
+    """Scale peak forces by the fractions of `plants.hand.muscles`; EDC5_r has 39.4 N, shipped as 139.4."""
     set_force(spec.actuator("EDC5_r"), MOBL_ARMS_N["EDC5"])
     for name in MUSCLES:
         share = EXTENSOR_SHARE if name[0] in "EA" else FLEXOR_SHARE
-        for actuator in STANDS_FOR[name]:
+        for actuator in REPRESENTS[name]:
             muscle = spec.actuator(actuator)
             set_force(muscle, share * muscle.gainprm[FORCE])
 
 
 def set_force(muscle: mujoco.MjsActuator, newtons: float) -> None:
-    """Peak force of a muscle: of what it makes actively, and of what passive force is a share of."""
+    """Set the peak force of a muscle, to which active and passive force are relative."""
     muscle.gainprm[FORCE] = muscle.biasprm[FORCE] = newtons
 
 
 def _lengths(spec: mujoco.MjSpec) -> None:
-    """Each muscle's range of lengths as its tendon has it over the joints' ranges.
+    """Set each muscle's range of lengths to that of its tendon over the joints' ranges.
 
-    That is what MyoHand means to store: over it a fibre goes from .75 to 1.05 of its optimal length. What it
-    stores fits other joints: FDS4_r and FDP5_r have tendons 50 mm shorter, RI5_r up to 15 mm.
+    MyoHand defines it so: over this range a fibre goes from .75 to 1.05 of its optimal length. The stored
+    ranges fit other joints: FDS4_r and FDP5_r have tendons 50 mm shorter, RI5_r up to 15 mm.
     """
     model = spec.compile()
     posture, low_high = mujoco.MjData(model), []
@@ -113,14 +114,14 @@ def _lengths(spec: mujoco.MjSpec) -> None:
 PATCHES: dict[str, Callable[[mujoco.MjSpec], None]] = {
     "inertia": _inertia, "armature": _armature, "ends": _ends, "deviation": _deviation, "strength": _strength,
     "lengths": _lengths}
-"""By name, in the order in which they are applied, those made before the model is compiled."""
+"""Changes before the model is compiled, by name, in the order of application."""
 JOINTS_PATCH = "passive"
-"""The name of the one made after it: springs and dampers of the joints (`plants.myohand.joints`)."""
+"""Name of the change after compilation: springs and dampers of the joints (`plants.myohand.joints`)."""
 NAMES = (*PATCHES, JOINTS_PATCH)
 
 
 def patch(spec: mujoco.MjSpec, as_shipped: tuple[str, ...]) -> None:
-    """Make all these changes but those named in `as_shipped`."""
+    """Apply all changes except those named in `as_shipped`."""
     for name, change in PATCHES.items():
         if name not in as_shipped:
             change(spec)

@@ -1,4 +1,4 @@
-"""`myohand`: MyoHand, a hand made by others, in the place of `hand`; needs the extra `myohand`."""
+"""`myohand`: the hand model MyoHand in place of `hand`; needs the extra `myohand`."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from plants.myohand.model import (
     loaded,
     set_muscles,
     set_skin,
-    stand,
+    weld_arm,
 )
 from plants.myohand.patches import JOINTS_PATCH, NAMES, patch
 
@@ -56,45 +56,45 @@ Array = NDArray[np.float64]
 class MyoHand:
     """MyoHand of the package `myo-sim`, patched, with the inputs, outputs and parameters of `hand`.
 
-    A right hand of its own size, of 22 joints and 36 muscles on paths around bones (39 as shipped). Each
-    muscle of ours activates those that it stands for (`plants.myohand.anatomy.STANDS_FOR`); the thenar group
-    is the opponens alone. What is changed of MyoHand is in `plants.myohand.patches`, by name:
+    A right hand of its own size, with 22 joints and 36 muscles on paths around bones (39 as shipped). Each
+    muscle of `hand` activates those that it represents (`plants.myohand.anatomy.REPRESENTS`); the thenar
+    group is the opponens alone. Changes of MyoHand are in `plants.myohand.patches`, by name:
 
     - `inertia`: phalanges have 1e-4 kg m^2, some fifty times too much; cylinders of the shipped masses.
-    - `armature`: as much again on every joint; 2e-6 kg m^2.
+    - `armature`: the same on every joint; 2e-6 kg m^2.
     - `ends`: soft ends of the joints' ranges; hard ones.
-    - `deviation`: of the wrist, 25 deg radial and 10 ulnar; the other way round.
-    - `strength`: wrist muscles give moments 2 to 3 times too large; the shares of `hand`, and EDC5's 39.4 N.
-    - `lengths`: tendons leave the stored ranges of lengths; ranges found over all postures.
+    - `deviation`: 25 deg radial and 10 ulnar at the wrist; exchanged.
+    - `strength`: moments of wrist muscles are 2 to 3 times too large; the fractions of `hand`, and EDC5's
+      39.4 N.
+    - `lengths`: tendons leave the stored ranges of lengths; ranges over all postures.
     - `passive`: joints have no stiffness and ten times the damping, relaxed tendons are slack; springs and
       dampers of `hand` on joints and tendons, the MCP joints' total stiffness as measured, a resting posture.
 
-    Not to be left out: the arm is welded to the forearm, activation acts without MyoHand's own lag (that is
-    the muscles' block), skin touches as that of `hand`, RI2, whose path jumps, and the pronators are out.
-    Force-length, force-velocity and tendon paths are MyoHand's: wrist and fingers reach what its ranges
-    allow, extensors have a longer arm at
-    the DIP joints, APL_r none about the axis that moves the thumb sideways, and the wrist's axis of flexion
-    is tilted by 17 deg. The palm weighs what its bones and, as shipped, surfaces that tendons wrap around
-    do; the hand .43 kg.
+    These changes are permanent: the arm is welded to the forearm, activation acts without MyoHand's own lag
+    (which the muscles' block has), skin collides as in `hand`, and RI2, whose path jumps, and the pronators
+    are removed. Force-length, force-velocity and tendon paths are MyoHand's: wrist and fingers reach its
+    ranges, extensors have a longer arm at the DIP joints, APL_r has none about the axis that moves the thumb
+    sideways, and the wrist's axis of flexion is tilted by 17 deg. The palm has the weight of its bones and,
+    as shipped, of the surfaces that tendons wrap around; the hand weighs .43 kg.
 
-    Angles are read off the bodies' orientations, intrinsic z-x-y between segments (`joint_rotations`), so all
-    23 come out; `F1_cmc_pronation` follows from the two joints at the thumb's base. What PIP, DIP and MCP
-    joints turn beyond their freedoms, as MyoHand's axes are tilted, is left out, as by a tracker.
+    Angles are computed from the bodies' orientations, intrinsic z-x-y between segments (`joint_rotations`),
+    so all 23 exist; `F1_cmc_pronation` follows from the two joints at the thumb's base. Rotations of PIP, DIP
+    and MCP joints beyond their freedoms, due to MyoHand's tilted axes, are omitted, as by a tracker.
 
-    Inputs, outputs: as of `hand`. `velocity` is that of tendons over the fibre lengths of `hand`, the mean
-    over the muscles that one of ours stands for.
+    Inputs and outputs are those of `hand`. `velocity` is that of tendons over the fibre lengths of `hand`,
+    the mean over the muscles that one muscle represents.
 
     Attributes
     ----------
-    hand: not to be chosen. A tracker of this hand takes its measures from the attribute `size`.
+    hand: MyoHand's own; other values are refused. Trackers take its measures from the attribute `size`.
     forearm_orientation, forearm_moves, strength, stiffness, damping, passive_tension, contracture, object,
-        table, step_ms, elastic_n_m_rad, settle_s: as of `hand`.
-    rest_deg, start_deg, splint_deg, elastic_deg: as of `hand`, as near as MyoHand's joints come, within 20
-        deg; `F1_cmc_pronation` comes last, within 45 deg, and is held where what it follows from is; no
-        spring pulls at it.
-    as_shipped: names of the patches to leave out.
+        table, step_ms, elastic_n_m_rad, settle_s: as in `hand`.
+    rest_deg, start_deg, splint_deg, elastic_deg: as in `hand`, to within 20 deg, as near as MyoHand's joints
+        allow; `F1_cmc_pronation` has the lowest priority, within 45 deg, is held only with the freedoms that
+        it follows from, and has no spring.
+    as_shipped: names of the patches to omit.
 
-    Raises InputError where `myo-sim` is missing and for what cannot be; RunError when the simulation becomes
+    Raises InputError if `myo-sim` is missing and for invalid values; RunError when the simulation becomes
     unstable.
     """
 
@@ -137,23 +137,23 @@ class MyoHand:
         led_by = {"F1_cmc_flexion", "F1_cmc_abduction"}
         if NO_JOINT in self.splint_deg and not led_by <= self.splint_deg.keys():
             raise InputError(f"myohand.splint_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
-                             "F1_cmc_flexion and F1_cmc_abduction, which it follows from, beside it")
+                             "it together with F1_cmc_flexion and F1_cmc_abduction, which it follows from")
         if NO_JOINT in self.elastic_deg:
             raise InputError(f"myohand.elastic_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
-                             "what it follows from, F1_cmc_flexion and F1_cmc_abduction")
+                             "F1_cmc_flexion and F1_cmc_abduction, which it follows from")
         _, _, found = loaded()
         if self.hand not in (None, HandSize(), found.size):
-            raise InputError("myohand.hand", "another hand than MyoHand's own",
-                             f"a right one, {found.size.hand_mm:.0f} mm long", "leave it out")
+            raise InputError("myohand.hand", "is not MyoHand's own hand",
+                             f"a right one, {found.size.hand_mm:.0f} mm long", "remove it")
         self._build()
 
     def _build(self) -> None:
-        """Derive all that follows from the parameters."""
+        """Derive model and coefficients from the parameters."""
         pristine, shipped, found = loaded()
         spec, tree = pristine.copy(), hand_tree(found.size)
         patch(spec, self.as_shipped)
         set_muscles(spec, np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension)
-        stand(spec, shipped, found, self._forearm(), 1e-3 * self.step_ms)
+        weld_arm(spec, shipped, found, self._forearm(), 1e-3 * self.step_ms)
         if self.forearm_moves:
             add_forearm_drive(spec)
         set_skin(spec)

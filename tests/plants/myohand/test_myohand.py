@@ -22,7 +22,7 @@ from plants.hand import Hand
 from plants.hand.scene import GraspObject, Table
 from plants.myohand import MyoHand
 from plants.myohand import model as myohand_model
-from plants.myohand.anatomy import JOINTS, STANDS_FOR
+from plants.myohand.anatomy import JOINTS, REPRESENTS
 
 pytest.importorskip("myo_sim", reason="the extra `myohand` is not installed")
 
@@ -211,7 +211,7 @@ def test_fibres_lengthen_as_the_tendons_do(moving):
         mujoco.mj_forward(plant.model, data)
         after.append(data.actuator_length.copy())
     for name, fibre_mm in (("FDP2", 66.0), ("EPL", 54.0), ("INT4", 40.0)):
-        rows = [plant.model.actuator(theirs).id for theirs in STANDS_FOR[name]]
+        rows = [plant.model.actuator(theirs).id for theirs in REPRESENTS[name]]
         change = np.mean((after[1] - after[0])[rows]) / 2e-6
         assert seen["velocity"][muscle(name)] == pytest.approx(1e3 * change / fibre_mm, abs=1e-5)
 
