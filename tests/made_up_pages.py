@@ -146,7 +146,7 @@ def page(**other):
         Section(key="stimulation", title="Stimulation", parts=[channels()]),
         Section(key="shares", title="Shares", parts=[*bars(), metrics]),
         Section(key="study", title="Study", parts=[heat_map()]),
-        Section(key="what", title="What was run", parts=[
+        Section(key="what", title="Experiment", parts=[
             drawing(), Notice(text="Fatigue was not recorded."),
             Fold(title="Experiment", parts=[Code(text="[block.hand]\nkind = 'hand'\n")])]),
     ]

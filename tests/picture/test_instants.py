@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.show.picture.draw import APART_M, asked_for, candidates, most_different, spread_out
+from fesloop.show.picture.draw import APART_M, candidates, most_different, requested_instants, spread_out
 
 
 def test_postures_that_differ_most_are_taken_and_the_first_one():
@@ -54,10 +54,11 @@ def test_candidates_cover_the_recording_in_whole_milliseconds():
 
 
 def test_instants_asked_for_keep_their_order_each_once():
-    np.testing.assert_array_equal(asked_for([1.5, 0.25, 1.5], 2 * 10**9, 0), [1_500_000_000, 250_000_000])
+    found = requested_instants([1.5, 0.25, 1.5], 2 * 10**9, 0)
+    np.testing.assert_array_equal(found, [1_500_000_000, 250_000_000])
 
 
 @pytest.mark.parametrize("second", [-0.1, 2.001, float("nan"), float("inf")])
 def test_an_instant_outside_is_refused(second):
     with pytest.raises(InputError, match=r"--at .* 0 to 2 s"):
-        asked_for([1.0, second], 2 * 10**9, 0)
+        requested_instants([1.0, second], 2 * 10**9, 0)

@@ -48,7 +48,7 @@ def test_one_value_far_outside_of_what_is_seen_makes_no_steps_of_the_others():
 def test_names_with_letters_that_no_file_takes_are_written(tmp_path):
     words = "a\x01b\ud800c\u2028"
     picture = drawing(svg.drawing(9.0, 9.0, [svg.text(0.0, 0.0, words), svg.rect(0.0, 0.0, 1.0, 1.0, "ink",
-                                                                               told=words)]))
+                                                                               tooltip=words)]))
     path = tmp_path / "page.html"
     write_page(page(title=words, sections=[Section(key="one", title=words, parts=[
         Paragraph(text=words), picture])]), path)

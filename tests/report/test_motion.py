@@ -22,7 +22,7 @@ from fesloop.loop.nodes import Node
 from fesloop.show.picture.cast import Cast, Player
 from fesloop.show.report import motion
 from fesloop.show.report.motion import hand_motion, hand_of, step_between
-from fesloop.show.report.recorded_hand import recorded_hand, rows_of, standing
+from fesloop.show.report.recorded_hand import hands_at, recorded_hand, rows_of
 from fesloop.show.report.run.opening import readable
 
 GRASP = str(Path(__file__).parent.parent / "picture" / "grasp.toml")
@@ -205,9 +205,9 @@ def test_what_a_file_has_lost_the_end_of_is_not_shown_to_stand_still(ends):
     rows[f"{ends}_angles"] = np.zeros((2, 23))
     signals, at_ns = Told(**rows), 10_000_000 * np.arange(50)
     whole = recorded_hand(signals, cast(HAND, (TRACKER,)), {})
-    still = standing(signals, whole, 0, at_ns)
+    still = hands_at(signals, whole, 0, at_ns)
     assert all(np.isfinite(poses).all() for poses in still.hands.values())
-    left = standing(signals, replace(whole, held_ns=100_000_000), 0, at_ns)
+    left = hands_at(signals, replace(whole, held_ns=100_000_000), 0, at_ns)
     lost = {name: np.isnan(poses).all(axis=(1, 2)).tolist() for name, poses in left.hands.items()}
     name, other = ("truth", "estimate") if ends == "hand" else ("estimate", "truth")
     assert lost[name] == [False] * 12 + [True] * 38
@@ -226,7 +226,7 @@ def test_of_a_damaged_file_rows_do_not_stand_for_ever(grasp, tmp_path):
         hand = hand_of(left)
         times = left.signal("hand.site_orientation", 0).times_ns
         at_ns = times[-1] + np.array([0, 90, 110]) * NS_PER_MS
-        found = standing(left, hand, 0, at_ns)
+        found = hands_at(left, hand, 0, at_ns)
     lost = [False, False, True]
     assert np.isnan(found.hands["truth"]).all(axis=(1, 2)).tolist() == lost
     thing, top = (solid.role for solid in found.solids)

@@ -165,9 +165,9 @@ class Content:
         """A level, with the name of its axis where it is a number; empty for none."""
         if axis is None or level is None:
             return ""
-        return level if isinstance(level, str) else self._told(axis, level)
+        return level if isinstance(level, str) else self._level_of_axis(axis, level)
 
-    def _told(self, axis: str, level: AxisLevel) -> str:
+    def _level_of_axis(self, axis: str, level: AxisLevel) -> str:
         """A level with the name of its axis, and if it is a number with its unit."""
         name, unit = self._called(axis)
         return f"{name} {level}" if isinstance(level, str) else f"{name} {level_text(level)} {unit}".rstrip()
@@ -189,7 +189,7 @@ class Content:
             parts.append(f"{100.0 * first.confidence:g} % interval ({first.interval})")
         over = [self._called(axis)[0] for axis in others if axis not in drawn]
         parts += [f"averaged over {', '.join(over)}"] if over else []
-        parts += [self._told(axis, first.levels[axis]) for axis in self.figure.at]
+        parts += [self._level_of_axis(axis, first.levels[axis]) for axis in self.figure.at]
         return "; ".join([*parts, *self._left_out()])
 
     def _counted(self, drawn: list[str]) -> str:

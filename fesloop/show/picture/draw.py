@@ -38,7 +38,7 @@ APART_M, APART_SHARE = 0.005, 0.05
 shares of muscles."""
 
 
-def asked_for(at_s: Sequence[float], last_ns: int, trial: int) -> Instants:
+def requested_instants(at_s: Sequence[float], last_ns: int, trial: int) -> Instants:
     """The instants of the command line, ns; raises InputError for one outside of what is recorded."""
     for second in at_s:
         if not 0.0 <= second <= last_ns / NS_PER_S:
@@ -195,7 +195,7 @@ def _instants(
 ) -> Instants:
     """As asked for, else where postures differ most, else where activations do, else spread out."""
     if at_s:
-        return asked_for(at_s, span[1], trial)
+        return requested_instants(at_s, span[1], trial)
     every = candidates(*span)
     posture = true_posture(recording, cast.hand, trial, every) if cast.hand is not None else None
     rows: list[int] = []

@@ -1,4 +1,4 @@
-"""What a page's script draws: charts, strips, bars, heat maps and the hand, as it reads them."""
+"""JSON of the parts that a page's script draws: charts, strips, bars, heat maps and the hand."""
 
 from __future__ import annotations
 
@@ -32,32 +32,32 @@ Array = NDArray[np.float64]
 Encoded = Mapping[str, str | float | int]
 
 _FEW = 64
-"""Up to so many numbers stay as they are (chosen: those of bars and short lines are read, not only seen)."""
+"""Most numbers that are written exactly (chosen: values of bars and short lines are read off)."""
 _HUGE = 1e300
-"""From here on differences of numbers may overflow."""
+"""Magnitude beyond which differences may overflow."""
 _LEVELS = 65534
-"""Of 16 bits, with one left for what is no number."""
+"""Levels of 16 bits, less one for NaN."""
 _NONE = -32768
-"""In 16 bits: NaN."""
+"""NaN in 16 bits."""
 _FAR = 50.0
-"""Times what is seen (chosen: a level is then a 1300th of it, less than a pixel of a chart's height)."""
+"""Largest ratio of range to visible range for 16 bits (chosen: a level is then below a pixel of a chart)."""
 _EVEN = 1e-9
-"""Share of the span by which evenly spaced numbers may be off (rounding of a few hundred additions)."""
+"""Largest deviation of evenly spaced numbers, as a share of the span (rounding of some hundred additions)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """Arrays of a page, each kept once; parts name theirs by its place in `kept`."""
+    """Arrays of a page, each stored once; parts refer to them by their index in `kept`."""
 
     kept: list[Encoded] = field(default_factory=list)
     places: dict[str, int] = field(default_factory=dict)
 
     def add(self, values: ArrayLike, seen: float = math.inf) -> int:
-        """Place of an array's numbers, in C order; `seen`: range of those that are looked at."""
+        """Index of an array's numbers, in C order; `seen`: visible range."""
         return self._place(encoded(np.asarray(values, dtype=np.float64).ravel(), seen))
 
     def add_whole(self, values: ArrayLike) -> int:
-        """Place of whole numbers from 0 on."""
+        """Index of an array of non-negative integers."""
         return self._place(_bytes("u4", np.asarray(values).ravel()))
 
     def _place(self, made: Encoded) -> int:
@@ -69,10 +69,10 @@ class Numbers:
 
 
 def encoded(values: Array, seen: float = math.inf) -> Encoded:
-    """As evenly spaced, as 64-bit floats, or as 16-bit levels; (n,).
+    """Encode numbers (n,) as evenly spaced, as 64-bit floats, or as 16-bit levels.
 
-    The levels divide the numbers' range: what is read back is off by at most half of its 65534th part.
-    Numbers that go far beyond what is `seen` of them are floats: levels would be too coarse for the others.
+    Levels divide the range: decoded numbers are off by at most half its 65534th part. Numbers far beyond the
+    range that is `seen` are written as floats, because levels would be too coarse.
     """
     finite = values[np.isfinite(values)]
     spaced = len(finite) > 0 and not np.isinf(values).any() and float(np.abs(finite).max()) < _HUGE
@@ -104,9 +104,9 @@ Drawn = Chart | Strips | Bars | HeatMap | Figure3d
 
 
 def drawn_numbers(page: Page) -> dict[str, Any]:
-    """All that a page's script needs, fit for JSON: arrays, and parts by key, which name theirs by place.
+    """Data of a page's script, fit for JSON: arrays, and parts by key, which refer to arrays by index.
 
-    Limits, marks and points that are not finite, as a damaged file may make them, are left out.
+    Limits, marks and points that are not finite, as from a damaged file, are left out.
 
     Raises ValueError where two parts of the page have the same key.
     """
@@ -160,18 +160,18 @@ def _strips(strips: Strips, numbers: Numbers) -> dict[str, Any]:
 
 
 def _limits(ends: tuple[float, float] | None) -> list[float] | None:
-    """Of an axis; None where they are no numbers."""
+    """Limits of an axis; None if they are not finite numbers."""
     return None if ends is None or not _are_numbers(ends) else [float(ends[0]), float(ends[1])]
 
 
 def _are_numbers(values: Sequence[Any]) -> bool:
-    """Whether all are finite numbers; a damaged document may hold text, or integers beyond floats."""
+    """Return whether all values are finite numbers; a damaged file may hold text or huge integers."""
     kinds, most = (int, float, np.integer, np.floating), sys.float_info.max
     return all(isinstance(each, kinds) and bool(-most <= each <= most) for each in values)
 
 
 def _line(line: Line, numbers: Numbers, limits: Sequence[float] | None = None) -> dict[str, Any]:
-    """`limits`: of y, beyond which nothing is seen; None where all of it is."""
+    """JSON of a line; `limits`: visible range of y, None for all of it."""
     seen = math.inf if limits is None else limits[1] - limits[0]
     y, low, high = (None if each is None else numbers.add(np.where(np.isfinite(each), each, np.nan), seen)
                     for each in (line.y, line.low, line.high))
@@ -218,6 +218,6 @@ def _frames(frames: Frames, numbers: Numbers) -> dict[str, Any]:
 
 
 def _poses(poses: Array, numbers: Numbers) -> dict[str, int]:
-    """Orientations and positions apart: each has a range of its own."""
+    """JSON of poses, orientations and positions apart, because their ranges differ."""
     return {"frames": len(poses), "bodies": poses.shape[1], "orientations": numbers.add(poses[..., :4]),
             "positions": numbers.add(poses[..., 4:])}

@@ -1,4 +1,4 @@
-"""The hand of a recording in motion, as a report shows it: meshes, and poses at evenly spaced instants."""
+"""The moving hand of a recording for pages: meshes, and poses at evenly spaced instants."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from fesloop.show.report.recorded_hand import (
     ESTIMATE,
     TRUTH,
     RecordedHand,
+    hands_at,
     holdable,
     padded,
     recorded_hand,
-    standing,
 )
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
 View = tuple[float, float, float]
 _STEP_NS, _FRAMES = 40 * NS_PER_MS, 4000
-"""Between two frames, and how many there are in all trials at most (chosen: 25 a second fall onto the samples
-of 25, 50, 100 and 1000 Hz; so many take some 3 MB of a report)."""
+"""Time between two frames, and most frames of all trials (chosen: 25 Hz coincides with samples of 25, 50, 100
+and 1000 Hz; 4000 frames take some 3 MB of a report)."""
 _ENDS_APART = ("damaged", "running")
-"""Statuses of files whose signals need not reach to the same instant: what is left of one, a killed run's."""
+"""Statuses of files whose signals may end at different instants: damaged files and killed runs."""
 _HELD_NS = 100 * NS_PER_MS
-"""For so long the last row of a signal stands there (chosen: ten rows of a tracker of 100 Hz)."""
+"""Duration for which the last row of a signal is shown (chosen: ten rows of a tracker at 100 Hz)."""
 _LOOKED_AT = 50
-"""Frames of a trial by which the view is chosen."""
+"""Frames of a trial from which the view is chosen."""
 
 
 def hand_motion(recording: Recording) -> Figure3d | None:
-    """The true and the estimated hand, and what is about them, in every trial.
+    """True and estimated hand with the objects around them, in every trial.
 
-    A hand's plant is drawn as its sites were (its joint angles where they are not recorded), of the trackers
-    the first that knows a whole hand, laid onto the true one; a tracker by itself where there is no plant;
-    three scored joint angles as an index finger. None where a recording has nothing of that.
+    The hand of a plant follows its recorded sites, or its joint angles if sites are not recorded. The first
+    tracker of a whole hand is aligned with it. Without a plant a tracker is shown alone, and three scored
+    joint angles are shown as an index finger. The result is None for other recordings.
 
     Raises InputError for a block whose kind is not installed any more or has other parameters by now.
     """
@@ -55,11 +55,11 @@ def hand_motion(recording: Recording) -> Figure3d | None:
     step_ns = step_between(sum(last - first for first, last in spans.values()))
     figure = figure_of(recording, hand, {trial: np.arange(first, last + 1, step_ns)
                                          for trial, (first, last) in spans.items()}, step_ns)
-    return None if figure is None else _standing_still(figure)
+    return None if figure is None else _with_still_objects(figure)
 
 
 def hand_of(recording: Recording) -> RecordedHand | None:
-    """The hands of a recording; None where it has none. Raises InputError as `hand_motion` does."""
+    """Hands of a recording; None if it has none. Raises InputError as `hand_motion` does."""
     hand = recorded_hand(recording, cast_of(recording), recording.experiment.get("score", {}))
     if hand is None or recording.status not in _ENDS_APART:
         return hand
@@ -68,12 +68,12 @@ def hand_of(recording: Recording) -> RecordedHand | None:
 
 def figure_of(signals: Signals, hand: RecordedHand, instants: Mapping[int, Instants],
               step_ns: int) -> Figure3d | None:
-    """Hands and objects at evenly spaced instants of trials; None where nothing is recorded then."""
+    """Hands and objects at evenly spaced instants of trials; None if nothing is recorded there."""
     frames: dict[int, Frames] = {}
     every: Sequence[Solid] = []
     view: View | None = None
     for trial, at_ns in instants.items():
-        found = standing(signals, hand, trial, at_ns)
+        found = hands_at(signals, hand, trial, at_ns)
         if not found.hands:
             continue
         every = max(every, found.solids, key=len)
@@ -89,7 +89,7 @@ def figure_of(signals: Signals, hand: RecordedHand, instants: Mapping[int, Insta
 
 
 def recorded_spans(recording: Recording, hand: RecordedHand) -> dict[int, tuple[int, int]]:
-    """First and last instant, ns, of what tells where the hand was, by trial; without trials of nothing."""
+    """First and last instant, ns, of the hand's posture in each trial that has one."""
     found = {trial: _span(recording, hand, trial) for trial in range(recording.trials)}
     return {trial: span for trial, span in found.items() if span is not None}
 
@@ -100,12 +100,12 @@ def _span(recording: Recording, hand: RecordedHand, trial: int) -> tuple[int, in
 
 
 def step_between(whole_ns: int) -> int:
-    """Between two frames of trials that take so long together, ns: a multiple of 40 ms."""
+    """Time between two frames, ns, a multiple of 40 ms, for trials of this total duration."""
     return _STEP_NS * max(1, -(-whole_ns // (_FRAMES * _STEP_NS)))
 
 
 def view_into(postures: Mapping[str, Posture], holding: bool) -> View | None:
-    """From where motion, and what may be held, shows best; None where no posture is finite."""
+    """Direction of view that shows motion and objects best; None if no posture is finite."""
     posture = postures[TRUTH if TRUTH in postures else ESTIMATE]
     rows = np.flatnonzero(posture.finite)
     rows = rows[::max(1, len(rows) // _LOOKED_AT)]
@@ -118,8 +118,8 @@ def view_into(postures: Mapping[str, Posture], holding: bool) -> View | None:
     return east, north, up
 
 
-def _standing_still(figure: Figure3d) -> Figure3d:
-    """The figure with solids that never move in one pose, outside of the frames."""
+def _with_still_objects(figure: Figure3d) -> Figure3d:
+    """Figure in which solids that never move have one pose instead of frames."""
     every = np.concatenate([each.objects for each in figure.trials.values()])
     moves = [not bool((every[:, i] == every[0, i]).all()) for i in range(len(figure.objects))]
     objects = [solid if moving else replace(solid, moves=False, pose=tuple(every[0, i].tolist()))

@@ -1,4 +1,4 @@
-"""A page as one HTML file that needs nothing else: no server, no network, no other file."""
+"""A page as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from fesloop.show.report.parts import Chart, Drawing, HeatMap, Line, Page, Part,
 
 
 def trial_of(part: Part) -> int | None:
-    """The trial that a part is shown with; None where it is of all."""
+    """Trial that a part belongs to; None if it belongs to all."""
     return getattr(part, "trial", None)
 
 
 def alike(one: Part, other: Part) -> bool:
-    """Whether two parts are charts, or maps, of the same kind of thing, to be seen beside each other."""
+    """Return whether two parts are charts, or heat maps, of the same quantity, to be shown side by side."""
     if isinstance(one, HeatMap) and isinstance(other, HeatMap):
         return ((one.x_label, one.y_label, one.value_label, one.low, one.high)
                 == (other.x_label, other.y_label, other.value_label, other.low, other.high))
@@ -40,7 +40,7 @@ def _names(lines: Sequence[Line]) -> list[str]:
 
 
 def rows(parts: Sequence[Part]) -> list[list[Part]]:
-    """Parts in their order, those that are alike together."""
+    """Parts in their order, similar neighbours grouped."""
     found: list[list[Part]] = []
     for part in parts:
         if found and alike(found[-1][-1], part):
@@ -51,7 +51,7 @@ def rows(parts: Sequence[Part]) -> list[list[Part]]:
 
 
 def thinned_in_words(part: Part) -> str:
-    """How samples became points, for the reader of a chart; empty where each sample is a point."""
+    """Sentence on how a chart merges samples into points; empty if each sample is a point."""
     lines = part.lines if isinstance(part, (Chart, Strips)) else ()
     thinned = [line for line in lines if line.thinned > 1]
     if not thinned:
@@ -69,10 +69,10 @@ _SPACE = "{http://www.w3.org/2000/svg}"
 
 
 def checked_svg(drawing: Drawing) -> str:
-    """A drawing's `<svg>`, as it is.
+    """Check a drawing's `<svg>` and return it unchanged.
 
-    Raises ValueError where it is not one well-formed `<svg>` with a viewBox, or holds what could run or ask
-    for something: other elements than shapes and texts, `on...` attributes, addresses outside itself.
+    Raises ValueError if it is not one well-formed `<svg>` with a viewBox, or could run code or load
+    resources: it may hold only shapes and texts, no `on...` attributes, and no external addresses.
     """
     where = f"drawing {drawing.key!r}"
     try:
@@ -95,7 +95,7 @@ def _local(name: object) -> str:
 
 
 def _runs(name: str, value: str) -> bool:
-    """Whether an attribute runs something or leads out of the drawing."""
+    """Return whether an attribute runs code or refers to something outside the drawing."""
     if name.lower().startswith("on"):
         return True
     if name == "href":
@@ -122,7 +122,7 @@ def write_page(page: Page, path: Path) -> None:
 
 
 def page_html(page: Page) -> str:
-    """A page's HTML, whole."""
+    """HTML of a page."""
     script = asset("report.js")
     return _environment().from_string(asset("page.html.jinja")).render(
         page=page, policy=policy(script), style=Markup(asset("page.css")), script=Markup(script),
@@ -130,21 +130,21 @@ def page_html(page: Page) -> str:
 
 
 def policy(script: str) -> str:
-    """Content-Security-Policy under which a page may run this one script and ask for nothing at all."""
+    """Content-Security-Policy that allows this one script and no requests."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     return (f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data:; "
             "base-uri 'none'; form-action 'none'")
 
 
 def as_json(values: Any) -> str:
-    """JSON that can stand in a `<script>`: nothing in it closes the element or opens a comment."""
+    """JSON that is safe inside a `<script>` element."""
     text = json.dumps(values, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 @cache
 def asset(name: str) -> str:
-    """Text of a file that pages are made of."""
+    """Text of an asset of pages."""
     return files("fesloop.show.report").joinpath("assets", name).read_text(encoding="utf-8")
 
 
@@ -158,7 +158,7 @@ def _environment() -> Environment:
 
 
 def numeric(table: Table, column: int) -> bool:
-    """Whether a table's column holds numbers: each cell starts like one or says that there is none."""
+    """Return whether a column holds numbers: each cell begins like one or stands for a missing one."""
     cells = [row[column].strip() for row in table.rows if column < len(row)]
     told = [cell for cell in cells if cell.lower() not in _NO_NUMBER]
     return bool(told) and all(cell.lstrip("+-−<>≤≥±~≈ .")[:1] in _DIGITS for cell in told)

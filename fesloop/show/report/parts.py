@@ -1,8 +1,8 @@
-"""What a report is made of: a page has sections, a section has parts. Nothing here knows HTML.
+"""Parts of a report: a page has sections, a section has parts. They are independent of HTML.
 
-Colours are roles, not values, so that a page is right on light, on dark and on paper: `reference`, `truth`,
+Colours are roles, not values, so that a page is legible on light, on dark and on paper: `reference`, `truth`,
 `estimate`, `controller`, `tracker`, `theory`, `plain`, and `channel-0` to `channel-7`, `series-0` to
-`series-7` for what has no role of its own.
+`series-7` for the rest.
 """
 
 
@@ -21,15 +21,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Figure3d:
-    """A hand in motion: as it was, and as the tracker had it.
+    """Moving hand: true and estimated.
 
     Attributes
     ----------
     trials: frames by trial.
     shapes: of each hand ("truth", "estimate"): a mesh a segment, in the segment's frame, m.
-    objects: what else stands there: an object that moves with a pose of its own, or a table that does not.
-    view: (3,), from where it is first looked at, into the scene; global (east, north, up), of any length.
-    text: one sentence for those who cannot see it.
+    objects: other solids: an object that moves with a pose of its own, or a table that does not.
+    view: (3,), first direction of view, into the scene; global (east, north, up), of any length.
+    text: one sentence as alternative text.
     """
 
     key: str
@@ -42,9 +42,9 @@ class Figure3d:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solid:
-    """Something else to be seen: `kind` cylinder, sphere, box or plane, with its half sizes (3,), m.
+    """Solid in the scene: `kind` cylinder, sphere, box or plane, with half sizes (3,), m.
 
-    `role` of its colour; `moves`: its pose is in each frame under `objects`, in their order; else `pose`.
+    `role`: of its colour. `moves`: whether its pose is in the frames (`objects`, in order) or is `pose`.
     """
 
     kind: str
@@ -56,7 +56,7 @@ class Solid:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frames:
-    """Poses at evenly spaced instants of one trial; between them a page turns and moves smoothly.
+    """Poses at evenly spaced instants of one trial; pages interpolate between them.
 
     Attributes
     ----------
@@ -74,15 +74,15 @@ class Frames:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Line:
-    """A series of a chart.
+    """Series of a chart.
 
     Attributes
     ----------
     name: in the key. role: of its colour.
-    x, y: (n,); NaN in y is a gap. low, high: (n,), a band about it (an interval, or the extremes of what was
-        drawn together into one point), of points a bar each; None where there is none.
+    x, y: (n,); NaN in y is a gap. low, high: (n,), a band around the line (an interval, or the extremes of
+        the samples merged into one point), or a bar at each point; None without one.
     style: "line", "dashed", "steps" (held until the next point) or "points".
-    thinned: how many samples a point stands for, at most; what y is of them, `thinned_in_words` says.
+    thinned: most samples that a point stands for; `thinned_in_words` explains y.
     """
 
     name: str
@@ -97,7 +97,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mark:
-    """A moment or a stretch of the x axis that has a name: an event, a phase. `until` is `at` of a moment."""
+    """Named instant or interval of the x axis, such as an event; of an instant `until` equals `at`."""
 
     text: str
     at: float
@@ -110,10 +110,10 @@ class Chart:
 
     Attributes
     ----------
-    key: names it within its page. title: what a reader sees in it; units stand in the labels ("error, deg").
-    trial: the trial it is of, shown when that is chosen; None where it is of all.
-    timed: x is the time in the trial in s: the play head of the hand stands in it, a click moves that there.
-    limits: (low, high) of y; None where the lines say.
+    key: unique within the page. title: heading; units are in the labels ("error, deg").
+    trial: trial with which it is shown; None for all.
+    timed: x is the time in the trial, s: the chart shows the play head of the hand, and a click moves it.
+    limits: (low, high) of y; None to fit the lines.
     x_levels: texts at x = 0, 1, 2, ..., where x counts kinds; empty where it is a number.
     x_log: numbers of x are spaced by their ratios.
     text: one sentence for those who cannot see it.
@@ -135,15 +135,15 @@ class Chart:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Strips:
-    """Lines below each other, each in a strip of its own over a common x.
+    """Lines in strips below each other, over a common x.
 
-    For those that in one frame would lie on each other, as channels of a stimulator do. What is not told here
-    is as of a chart.
+    They suit lines that would cover each other in one chart, as channels of a stimulator do. Other attributes
+    are those of a chart.
 
     Attributes
     ----------
-    lines: one a strip, whose name stands over it.
-    limits: (low, high) of y, in every strip, so that they compare; None where the lines say.
+    lines: one per strip, under its name.
+    limits: (low, high) of y in every strip; None to fit the lines.
     """
 
     key: str
@@ -159,12 +159,12 @@ class Strips:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Bars:
-    """Shares or sizes by name, side by side or stacked; horizontal.
+    """Horizontal bars by name, side by side or stacked.
 
     Attributes
     ----------
-    names: of the bars. values: by series (name in the key, in the order in which they are stacked), one a
-        bar; NaN where there is none. roles: of the series. stacked: whether they add up.
+    names: of the bars. values: by series (name in the key, in stacking order), one per bar; NaN if missing.
+        roles: of the series. stacked: whether the series add up.
     """
 
     key: str
@@ -180,15 +180,15 @@ class Bars:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HeatMap:
-    """A value in each cell of a grid.
+    """Values in the cells of a grid.
 
     Attributes
     ----------
-    x_levels, y_levels: texts of the columns and, from below, the rows. values: (rows, columns); NaN where
-        there is none. cells: what stands in each cell, and what is told of it when pointed at.
-    contours: curves over it, x and y in columns and rows counted from 0 (theory's bound, say).
-    low, high: ends of the colour scale; without numbers there no cell has a colour. better: "low" or "high",
-        which end is the good one.
+    x_levels, y_levels: texts of columns and, from below, rows. values: (rows, columns), NaN if missing.
+        cells: text of each cell. told: tooltip of each cell.
+    contours: curves over it, with x and y in columns and rows counted from 0, such as a bound from theory.
+    low, high: ends of the colour scale; if they are not finite, cells have no colour. better: the good end,
+        "low" or "high".
     """
 
     key: str
@@ -209,7 +209,7 @@ class HeatMap:
 
     @property
     def lack(self) -> str:
-        """Why no cell has a colour, a sentence; empty where that is not so."""
+        """Sentence on why no cell has a colour; empty if cells have colours."""
         if not np.isfinite(self.values).any():
             return "No cell has a value."
         if not np.isfinite([self.low, self.high]).all():
@@ -219,7 +219,7 @@ class HeatMap:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """Texts in rows; a column of numbers is aligned to the right. `trial` as of a chart."""
+    """Table of texts; columns of numbers are aligned to the right. `trial` is that of a chart."""
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -229,7 +229,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drawing:
-    """A picture that is drawn ready: one `<svg>` element with a viewBox.
+    """Static picture: one `<svg>` element with a viewBox.
 
     Its colours are classes of the page's style: `ink`, `faint`, `paper` and, for roles, `fill-ROLE` and
     `stroke-ROLE`. It holds no script and no address.
@@ -244,21 +244,21 @@ class Drawing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Paragraph:
-    """Plain text; what stands between backquotes is code."""
+    """Plain text; text between backquotes is code."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Notice:
-    """What could not be shown, and why."""
+    """Notice of something that cannot be shown, and why."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fold:
-    """Parts behind a title that is opened by whoever wants to see them."""
+    """Parts that are hidden until their title is opened."""
 
     title: str
     parts: Sequence[Part]
@@ -266,7 +266,7 @@ class Fold:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Code:
-    """Text as it is: an experiment in TOML, a command."""
+    """Literal text, such as TOML or a command."""
 
     text: str
 
@@ -276,7 +276,7 @@ Part = (Chart | Strips | Bars | HeatMap | Table | Drawing | Paragraph | Notice |
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """A heading and what stands under it; `key` is its address in the page."""
+    """Heading with parts; `key` is its address in the page."""
 
     key: str
     title: str
@@ -289,9 +289,9 @@ class Page:
 
     Attributes
     ----------
-    title: of the page. sentence: its result. facts: small print under the title (experiment, seed, versions).
-    trials: numbers of the trials that can be chosen; empty where there is nothing to choose.
-    shown: the trial that is chosen at first.
+    title: of the page. sentence: summary. facts: under the title (experiment, seed, versions).
+    trials: trials that can be chosen; empty if there is no choice.
+    shown: trial that is chosen at first.
     """
 
     title: str

@@ -1,7 +1,7 @@
-"""The hands of a recording, as what can be asked where they were: the true one, and a tracker's.
+"""Hands of a recording, true and estimated, with their objects, at any instants.
 
-Three kinds of recordings have one: of a hand's plant, with a tracker or without; of a tracker alone, as where
-sensors are replayed; and of a finger of three joints.
+Three kinds of recordings have a hand: those of a hand plant, with or without a tracker; those of a tracker
+alone, as with replayed sensors; and those of a finger with three joints.
 """
 
 
@@ -35,9 +35,9 @@ _OBJECT_ROLE, _TABLE_ROLE = "object", "surface"
 def object_poses(
     signals: Signals, plant: Player | None, trial: int, at_ns: Instants
 ) -> tuple[list[Solid], Array]:
-    """Solids, object first, and their poses (t, solids, 7): orientation (w, x, y, z) and position, global, m.
+    """Solids, the object first, and poses (t, solids, 7): orientation (w, x, y, z) and position, global, m.
 
-    NaN where one is not known; none where there is no plant.
+    Unknown poses are NaN. Without a plant there are no solids.
     """
     if plant is None:
         return [], np.empty((len(at_ns), 0, 7))
@@ -52,7 +52,7 @@ def object_poses(
 
 
 def padded(poses: Array, count: int) -> Array:
-    """Poses (t, count, 7) of so many solids; the object, which comes first, may be unknown all the time."""
+    """Poses (t, count, 7), padded with NaN for an object, the first solid, that is never known."""
     missing = np.full((len(poses), count - poses.shape[1], 7), np.nan)
     return np.concatenate([missing, poses], axis=1)
 
@@ -65,12 +65,12 @@ def _solid(drawn: Drawn) -> Solid:
 
 
 def holdable(solids: Sequence[Solid]) -> bool:
-    """Whether there is anything that a hand may hold."""
+    """Return whether there is an object that a hand may hold."""
     return any(solid.role == _OBJECT_ROLE for solid in solids)
 
 
 Postures = Callable[[Signals, int, Instants], dict[str, Posture]]
-"""Where each hand was at instants of a trial; without those of which nothing is recorded in it."""
+"""Function from signals, trial and instants to the postures of the hands that are recorded in the trial."""
 TRUTH, ESTIMATE = "truth", "estimate"
 _POSTURE_PORTS = ("site_orientation", "angles")
 _FINGER = "F2"
@@ -79,35 +79,35 @@ _FLEXIONS = tuple(f"{_FINGER}_{joint}_flexion" for joint in ("mcp", "pip", "dip"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordedHand:
-    """Hands that were recorded.
+    """Recorded hands.
 
     Attributes
     ----------
-    text: what is to be seen, in a sentence or two.
-    shapes: by hand ("truth", "estimate"), a mesh a segment.
-    sources: signals that tell where they are.
-    postures: where they were.
-    told_by: by hand, the signal whose rows tell of it.
-    plant: whose object and table stand about them; None where nobody's.
-    held_ns: for how long the last row of a signal stands in a trial.
+    text: description in a sentence or two.
+    shapes: by hand ("truth", "estimate"), one mesh per segment.
+    sources: signals from which postures derive.
+    postures: function that gives postures at instants.
+    pose_signals: by hand, the signal whose rows give its posture.
+    plant: plant whose object and table are shown; None without one.
+    held_ns: duration for which the last row of a signal is shown in a trial.
     """
 
     text: str
     shapes: Mapping[str, Sequence[Mesh]]
     sources: Sequence[str]
     postures: Postures
-    told_by: Mapping[str, str]
+    pose_signals: Mapping[str, str]
     plant: Player | None = None
     held_ns: int = FOREVER
 
     def ended(self, signals: Signals, name: str, trial: int, at_ns: Instants) -> NDArray[np.bool_]:
-        """At which instants the rows that tell of a hand have ended, (t,)."""
-        times, _ = signals.column(self.told_by[name], trial)
+        """Mask (t,) of the instants after the end of a hand's signal."""
+        times, _ = signals.column(self.pose_signals[name], trial)
         return np.asarray(at_ns - self.held_ns > times[-1])
 
 
 def recorded_hand(signals: Signals, cast: Cast, score: Mapping[str, Any]) -> RecordedHand | None:
-    """The hands of a recording, from its parts and what it scores; None where it has none."""
+    """Hands of a recording, from its blocks and scored signals; None if it has none."""
     trackers = [each for each in cast.trackers if _holds_whole_hand(signals, each)]
     tracker = trackers[0] if trackers else None
     truth = [f"{cast.hand.name}.{port}" for port in _POSTURE_PORTS] if cast.hand is not None else []
@@ -124,7 +124,7 @@ def _holds_whole_hand(signals: Signals, tracker: Player) -> bool:
 
 
 def _shape(signals: Signals, name: str | None) -> tuple[int, ...] | None:
-    """Of a signal's values; None for one that is not recorded."""
+    """Shape of a signal's values; None if it is not recorded."""
     if name is None or name not in signals.signals:
         return None
     return tuple(signals.column(name)[1].shape[1:])
@@ -145,11 +145,12 @@ def _hand_of_plant(hand: Player, tracker: Player | None, truth: Sequence[str]) -
         found = estimated_posture(signals, tracker, trial, at_ns, true) if tracker is not None else None
         if tracker is None or found is None:
             return {TRUTH: true}
-        return {TRUTH: true, ESTIMATE: _once_told(found[0], signals, f"{tracker.name}.angles", trial, at_ns)}
+        name = f"{tracker.name}.angles"
+        return {TRUTH: true, ESTIMATE: _since_first(found[0], signals, name, trial, at_ns)}
 
     estimate = {ESTIMATE: f"{tracker.name}.angles"} if tracker is not None else {}
     return RecordedHand(text=f"{text}.", shapes=shapes, sources=[*truth, *estimate.values()],
-                        postures=postures, told_by={TRUTH: truth[0], **estimate}, plant=hand)
+                        postures=postures, pose_signals={TRUTH: truth[0], **estimate}, plant=hand)
 
 
 def _hand_of_tracker(tracker: Player) -> RecordedHand:
@@ -159,15 +160,15 @@ def _hand_of_tracker(tracker: Player) -> RecordedHand:
         angles = values_at(signals, name, trial, at_ns)
         if angles is None:
             return {}
-        return {ESTIMATE: _once_told(posture_of_angles(size, angles), signals, name, trial, at_ns)}
+        return {ESTIMATE: _since_first(posture_of_angles(size, angles), signals, name, trial, at_ns)}
 
     text = f"A {size.side} hand of {size.hand_mm:.0f} mm as {tracker.name} had it, its forearm at rest."
     return RecordedHand(text=text, shapes={ESTIMATE: segment_meshes(size)}, sources=[name], postures=postures,
-                        told_by={ESTIMATE: name})
+                        pose_signals={ESTIMATE: name})
 
 
 def _finger(signals: Signals, score: Mapping[str, Any]) -> RecordedHand | None:
-    """Three scored joint angles as those of an index finger; None for anything else."""
+    """Hand whose index finger has three scored joint angles; None for any other number."""
     names = {hand: str(score[hand]) for hand in (TRUTH, ESTIMATE)
              if _shape(signals, score.get(hand)) == (len(_FLEXIONS),)}
     if TRUTH not in names:
@@ -182,7 +183,7 @@ def _finger(signals: Signals, score: Mapping[str, Any]) -> RecordedHand | None:
         text = f"{text[:-1]}. Translucent: as {names[ESTIMATE]} has it."
     return RecordedHand(text=text, shapes={hand: shapes[hand] for hand in names},
                         sources=list(names.values()), postures=partial(_finger_postures, names, size),
-                        told_by=names)
+                        pose_signals=names)
 
 
 def _finger_postures(
@@ -197,12 +198,12 @@ def _finger_postures(
         if values is not None:
             angles = np.tile(resting, (len(at_ns), 1))
             angles[:, columns] = values
-            found[hand] = _once_told(posture_of_angles(size, angles), signals, name, trial, at_ns)
+            found[hand] = _since_first(posture_of_angles(size, angles), signals, name, trial, at_ns)
     return found
 
 
-def _once_told(posture: Posture, signals: Signals, name: str, trial: int, at_ns: Instants) -> Posture:
-    """Not a number before a signal's first value of the trial."""
+def _since_first(posture: Posture, signals: Signals, name: str, trial: int, at_ns: Instants) -> Posture:
+    """Posture with NaN before a signal's first value in the trial."""
     times, _ = signals.column(name, trial)
     early = (at_ns < times[0])[:, np.newaxis, np.newaxis]
     poses = posture.poses
@@ -210,15 +211,15 @@ def _once_told(posture: Posture, signals: Signals, name: str, trial: int, at_ns:
                                        np.where(early, np.nan, poses.position)))
 
 
-class Standing(NamedTuple):
+class HandsAt(NamedTuple):
     """Hands and solids at instants t of a trial.
 
     Attributes
     ----------
-    postures: as the newest rows tell them, by hand ("truth", "estimate"); none where nothing is recorded.
+    postures: from the newest rows, by hand ("truth", "estimate"); empty if nothing is recorded.
     hands: poses of their segments, (t, 17, 7), as `fesloop.show.report.parts.Frames` has them; NaN where
         they are not known.
-    solids, solid_poses: what stands there, object first, and (t, solids, 7), NaN likewise.
+    solids, solid_poses: solids, the object first, and their poses (t, solids, 7); NaN likewise.
     """
 
     postures: Mapping[str, Posture]
@@ -227,8 +228,8 @@ class Standing(NamedTuple):
     solid_poses: Array
 
 
-def standing(signals: Signals, hand: RecordedHand, trial: int, at_ns: Instants) -> Standing:
-    """Of a trial. Raises InputError for rows that the file lost."""
+def hands_at(signals: Signals, hand: RecordedHand, trial: int, at_ns: Instants) -> HandsAt:
+    """Hands and solids of a trial. Raises InputError for rows that the file lost."""
     postures = hand.postures(signals, trial, at_ns)
     solids, solid_poses = object_poses(signals, hand.plant, trial, at_ns)
     hands = {name: rows_of(posture) for name, posture in postures.items()}
@@ -239,9 +240,9 @@ def standing(signals: Signals, hand: RecordedHand, trial: int, at_ns: Instants) 
             # The object is told by the same rows; a table is where its parameters say.
             held = np.array([holdable([solid]) for solid in solids], dtype=np.bool_)
             solid_poses[np.ix_(ended, held)] = np.nan
-    return Standing(postures, hands, solids, solid_poses)
+    return HandsAt(postures, hands, solids, solid_poses)
 
 
 def rows_of(posture: Posture) -> Array:
-    """(t, 17, 7): orientation and position of each segment, as `Frames` has them."""
+    """Orientation and position (t, 17, 7) of each segment, as in `Frames`."""
     return np.concatenate([posture.poses.orientation, posture.poses.position], axis=-1)

@@ -14,7 +14,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.picture.signals import Signals
 from fesloop.show.report.motion import figure_of, hand_of, recorded_spans
-from fesloop.show.report.recorded_hand import RecordedHand, padded, standing
+from fesloop.show.report.recorded_hand import RecordedHand, hands_at, padded
 from fesloop.show.view.shown import FRAME_S, Play, Shown, Span, Start
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ class Seen(NamedTuple):
 def poses_at(signals: Signals, hand: RecordedHand, trial: int, at_ns: list[int], objects: int) -> list[Seen]:
     """Poses at instants of a trial; `objects`: how many there are."""
     instants = np.array(at_ns, dtype=np.int64)
-    found = standing(signals, hand, trial, instants)
+    found = hands_at(signals, hand, trial, instants)
     things = padded(found.solid_poses, objects)
     return [Seen({name: rows[i] for name, rows in found.hands.items()}, things[i])
             for i in range(len(at_ns))]

@@ -24,7 +24,7 @@ def test_of_a_file_that_was_cut_short_the_rest_is_shown(learning, tmp_path, shar
     path = cut(learning, tmp_path / "cut.h5", int(share * learning.stat().st_size))
     with readable(path) as (recording, notices):
         page = run_page(recording, notices)
-    assert page.sentence.startswith("The file is damaged; of what is left of it: ")
+    assert page.sentence.startswith("The file is damaged; in its readable part: ")
     assert page.sections[0].key == "lacking"
     told = [part.text for part in page.sections[0].parts]
     assert any("cut short" in text for text in told)

@@ -67,7 +67,7 @@ def test_every_trial_has_its_own_charts(page):
         assert {part.title for part in mine} >= {"MCP", "PIP", "DIP"} | stimulated
     keys = [part.key for part in parts_of(page, (Chart, Strips, Drawing))]
     assert len(keys) == len(set(keys))
-    assert "No channel gave a pulse in trial 0." in [part.text for part in parts_of(page, Paragraph)]
+    assert "No channel delivered a pulse in trial 0." in [part.text for part in parts_of(page, Paragraph)]
 
 
 def test_no_line_has_more_points_than_a_chart_has_pixels(page):
@@ -120,7 +120,7 @@ def test_an_empty_run_is_reported(learning, tmp_path):
     with Recording(path) as recording:
         page = run_page(recording)
     assert page.sentence == (
-        "The run is not over, or was killed; of what it had recorded: nothing was recorded.")
+        "The run is still under way or was killed; recorded so far: nothing.")
     assert page.trials == ()
     write_page(page, tmp_path / "empty.html")
 
@@ -140,7 +140,7 @@ def test_a_killed_run_is_reported(tmp_path):
         process.wait()
     with Recording(next(tmp_path.glob("finger*.h5"))) as recording:
         page = run_page(recording)
-    assert page.sentence.startswith("The run is not over, or was killed")
+    assert page.sentence.startswith("The run is still under way or was killed")
     assert "tracking" in [section.key for section in page.sections]
 
 

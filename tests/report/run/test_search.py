@@ -84,11 +84,11 @@ def test_the_path_goes_from_electrode_to_electrode_in_order(parts):
 def test_quality_by_query_and_by_the_patients_time(parts, asked):
     queries, minutes = (part for part in parts if isinstance(part, Chart))
     lines = {line.name: line for line in queries.lines}
-    np.testing.assert_array_equal(lines["of a query, as it truly was"].x, [1, 2, 3, 4])
-    np.testing.assert_allclose(lines["of a query, as it truly was"].y, [one.verdict.quality for one in asked])
+    np.testing.assert_array_equal(lines["query, true"].x, [1, 2, 3, 4])
+    np.testing.assert_allclose(lines["query, true"].y, [one.verdict.quality for one in asked])
     np.testing.assert_allclose(lines["best there is"].y, 0.5)
     # The search saw the hand itself: what it recommends is the best so far.
-    np.testing.assert_allclose(lines["of what is recommended, as it truly was"].y,
+    np.testing.assert_allclose(lines["recommendation, true"].y,
                                np.maximum.accumulate([one.verdict.quality for one in asked]))
     assert (queries.title, minutes.title) == ("Quality by query", "Quality by patient's time")
     np.testing.assert_allclose(minutes.lines[0].x * 60.0, [one.told_s for one in asked])
@@ -113,7 +113,7 @@ def test_a_search_that_is_not_judged_says_so(searched):
         (section,) = search_sections(recording)
     (notice,) = section.parts
     assert isinstance(notice, Notice)
-    assert "not judged" in notice.text
+    assert "not scored" in notice.text
 
 
 def test_no_answer_no_drawing(recorded):

@@ -121,7 +121,7 @@ def test_a_trial_of_whose_end_nothing_is_known_is_left_out(known, monkeypatch):
     monkeypatch.setattr(fatigue, "_end", lambda known, name, trial: ends[trial])
     monkeypatch.setattr(fatigue, "course", lambda *_: None)
     parts = list(fatigue._parts(replace(known, begun=4), "patient.fitness"))
-    assert "at the end of trial 2 the least is 0.800" in parts[0].text
+    assert "At the end of trial 2 the least is 0.800" in parts[0].text
     (line,) = parts[1].lines
     assert (line.x.tolist(), line.y.tolist()) == ([0.0, 2.0], [0.9, 0.8])
 

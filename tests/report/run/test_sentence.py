@@ -27,10 +27,10 @@ def run_of(metrics, score=(), status="done", trials=1, blocks=()):
     ([2.0011, 2.0012], "The tracking error was 2.00 deg RMS in the first of 2 trials and in the last."),
     ([9.0, 1.0, 2.0], "The tracking error fell from 9.00 deg RMS in the first of 3 trials to 2.00 deg in the "
                       "last (the least, 1.00 deg, in trial 1)."),
-    ([9.0, math.nan], "The tracking error was 9.00 deg RMS in 1 of 2 trials (in the other it is not known)."),
-    ([math.nan, 9.0, 4.0, math.nan], "The tracking error was 4.00 to 9.00 deg RMS in 2 of 4 trials (in the "
-                                     "others it is not known)."),
-    ([math.nan], "No tracking error is known: there is nothing to score in 1 trial."),
+    ([9.0, math.nan], "The tracking error was 9.00 deg RMS in 1 of 2 trials (unknown in the other)."),
+    ([math.nan, 9.0, 4.0, math.nan], "The tracking error was 4.00 to 9.00 deg RMS in 2 of 4 trials (unknown "
+                                     "in the others)."),
+    ([math.nan], "The tracking error is unknown: there is nothing to score in 1 trial."),
 ])
 def test_how_the_error_went(errors, words):
     assert sentence_of(run_of({"joint_rmse_deg": errors}, trials=len(errors))) == words
@@ -46,7 +46,7 @@ def test_no_change_over_trials_is_claimed_where_stimulation_was_withheld_in_one(
     assert "fell" not in told
     assert "rose" not in told
     assert "9.00 deg RMS" in told
-    assert "no change over them is claimed" in told
+    assert "no trend is reported" in told
 
 
 def test_the_while_that_is_scored_is_said():
@@ -70,14 +70,14 @@ def test_of_a_trial_that_ended_before_the_while_did_what_there_is_of_it_is_said(
 @pytest.mark.parametrize(("held", "words"), [
     ([True], "The object was held."),
     ([False], "The object was not held."),
-    ([None], "Whether the object was held is not known: no trial lasted long enough."),
+    ([None], "Whether the object was held is unknown: no trial lasted long enough."),
     ([True, True], "The object was held in 2 of 2 trials."),
     ([False, True, True], "The object was held in 2 of 3 trials, the last one among them."),
     ([True, False], "The object was not held in the last of 2 trials. The object was held in 1 of 2 trials, "
                     "the last one not among them."),
     ([False, False], "The object was not held in the last of 2 trials. The object was held in 0 of 2 "
                      "trials."),
-    ([False, None], "The object was held in 0 of 2 trials (of 1 it is not known)."),
+    ([False, None], "The object was held in 0 of 2 trials (unknown for 1)."),
 ])
 def test_whether_the_object_was_held(held, words):
     assert sentence_of(run_of({"held": held}, trials=len(held))) == words
@@ -85,12 +85,12 @@ def test_whether_the_object_was_held(held, words):
 
 def test_of_a_recording_that_was_played_no_tracking_error_is_claimed():
     told = sentence_of(run_of({}, blocks={"recording": {"kind": "replay", "recording": "a.mat"}}))
-    assert "no tracking error is claimed" in told
+    assert "there is no tracking error" in told
     assert "deg" not in told
 
 
 @pytest.mark.parametrize(("status", "beginning"), [
-    ("running", "The run is not over, or was killed"), ("failed", "The run failed"),
+    ("running", "The run is still under way or was killed"), ("failed", "The run failed"),
     ("interrupted", "The run was interrupted"), ("damaged", "The file is damaged")])
 def test_a_run_that_broke_off_claims_no_whole_last_trial(status, beginning):
     told = sentence_of(run_of({"joint_rmse_deg": [9.0, 2.0]}, status=status, trials=2))
@@ -104,7 +104,7 @@ def test_the_tracker_s_error_is_of_the_trial_that_it_is_known_of():
 
 
 def test_what_was_not_scored_is_said():
-    assert sentence_of(run_of({}, trials=3)) == "3 trials recorded, of which nothing was scored."
+    assert sentence_of(run_of({}, trials=3)) == "3 trials recorded; nothing was scored."
     assert sentence_of(run_of({}, trials=0)) == "Nothing was recorded."
 
 

@@ -111,11 +111,11 @@ def test_what_the_device_did_not_give_is_not_shown_as_given(recorded, width_us):
         charges = recording.signal(f"{known.cast.stimulator.name}.charge", 0).values
     used, gave = (commanded[..., 0] * commanded[..., 1]).any(axis=0), charges.any(axis=0)
     assert (used & ~gave).any() == (width_us < 20)
-    for title in ("Charge of a pulse, given", "Current, commanded", "Pulse width, commanded"):
+    for title in ("Charge of a pulse, delivered", "Current, commanded", "Pulse width, commanded"):
         assert [line.name for line in strips[title].lines] == [
-            f"channel {channel}" + ("" if gave[channel] else ", no pulse given")
+            f"channel {channel}" + ("" if gave[channel] else ", no pulse delivered")
             for channel in np.flatnonzero(used)]
-    for line, channel in zip(strips["Charge of a pulse, given"].lines, np.flatnonzero(used), strict=True):
+    for line, channel in zip(strips["Charge of a pulse, delivered"].lines, np.flatnonzero(used), strict=True):
         highest = line.y if line.high is None else line.high
         assert highest.max() == pytest.approx(1e6 * charges[:, channel].max())
 
@@ -125,7 +125,7 @@ def test_a_trial_without_a_pulse_has_no_strips_and_is_named(known, monkeypatch):
     monkeypatch.setattr(stimulation, "course", lambda *_: silent)
     parts = stimulation_section(known).parts
     assert not [part for part in parts if isinstance(part, Strips)]
-    assert "No channel gave a pulse in trial 0." in [getattr(part, "text", "") for part in parts]
+    assert "No channel delivered a pulse in trial 0." in [getattr(part, "text", "") for part in parts]
 
 
 def test_great_charges_are_told_without_exponents(known):

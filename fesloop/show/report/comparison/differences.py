@@ -26,8 +26,8 @@ def differences_section(runs: Sequence[Compared]) -> Section:
     names = {run.recording.name for run in runs}
     parts: list[Part] = []
     if len(names) > 1:
-        parts.append(Notice(text=f"These are runs of different experiments, {listed(sorted(names))}: what is "
-                            "called alike need not be alike."))
+        parts.append(Notice(text=f"These are runs of different experiments, {listed(sorted(names))}: equal "
+                            "names may denote different things."))
     if not rows:
         parts.append(Paragraph(text="Their experiments are the same, seed included."))
     else:
@@ -36,13 +36,13 @@ def differences_section(runs: Sequence[Compared]) -> Section:
         parts.append(Fold(title=counted(len(rows) - _MOST_ROWS, "more key"),
                           parts=[Table(columns=columns, rows=_texts(rows[_MOST_ROWS:]))]))
     if of_others:
-        parts.append(Fold(title=f"{counted(len(of_others), 'parameter')} of blocks that are of another kind",
+        parts.append(Fold(title=f"{counted(len(of_others), 'parameter')} of blocks whose kind differs",
                           parts=[Table(columns=columns, rows=_texts(of_others))]))
     versions = list(_versions(runs))
     if versions:
         parts.append(Fold(title="Versions that differ", parts=[
             Table(columns=["", *(run.name for run in runs)], rows=versions)]))
-    return Section(key="differences", title="What differs", parts=parts)
+    return Section(key="differences", title="Differences", parts=parts)
 
 
 def _texts(rows: Sequence[Row]) -> list[list[str]]:

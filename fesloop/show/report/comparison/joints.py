@@ -59,10 +59,10 @@ def joints_section(runs: Sequence[Compared]) -> Section | None:
     common = [joint for joint in every if sum(joint in each.joints for each in found) > 1]
     if not common:
         return None if len(found) < 2 else Section(key="joints", title="Joints", parts=[
-            *parts, Notice(text="No joint is in two of them.")])
+            *parts, Notice(text="No joint occurs in two runs.")])
     alone = [joint_label(joint) for joint in every if joint not in common]
     if alone:
-        parts.append(Paragraph(text=f"In one run only, and not drawn: {listed(alone)}."))
+        parts.append(Paragraph(text=f"Joints of a single run, which are not drawn: {listed(alone)}."))
     moved = [joint for joint in common if any(_moves(each, joint) for each in found)]
     first = (moved or common)[:_FEW]
     rest = [joint for joint in common if joint not in first]

@@ -17,7 +17,7 @@ from fesloop.show.report.comparison.compared import Compared, compared, finite
 from fesloop.show.report.comparison.differences import differences_section
 from fesloop.show.report.comparison.joints import joints_section
 from fesloop.show.report.parts import Bars, Chart, Fold, Line, Notice, Page, Paragraph, Part, Section, Table
-from fesloop.show.report.run.words import counted, listed, metric_label, told
+from fesloop.show.report.run.words import counted, listed, metric_label, rounded
 
 _ERRORS = (("joint_rmse_deg", "Error of the joints against the reference"),
            ("tracker_rmse_deg", "Error of the tracker against the truth"))
@@ -32,15 +32,15 @@ def metrics_section(runs: Sequence[Compared]) -> Section:
     shown = [key for key in keys if not key.startswith((f"{_BY_JOINT} ", f"{_STEPS} "))]
     folded = [key for key in keys if key not in shown]
     columns = ["metric", *(run.name for run in runs)]
-    parts: list[Part] = [Paragraph(text="Of the last trial of each run.")] if any(
+    parts: list[Part] = [Paragraph(text="Values are of the last trial of each run.")] if any(
         run.known.begun > 1 for run in runs) else []
     if shown:
         parts.append(Table(columns=columns, rows=[_row(key, flat) for key in shown]))
     else:
-        parts.append(Notice(text="None of them is scored."))
+        parts.append(Notice(text="No run is scored."))
     parts += _not_comparable(runs, flat)
     if folded:
-        parts.append(Fold(title="By joint, and time of steps", parts=[
+        parts.append(Fold(title="By joint, and execution times", parts=[
             Table(columns=columns, rows=[_row(key, flat) for key in folded])]))
     return Section(key="metrics", title="Metrics side by side", parts=parts)
 
@@ -60,7 +60,7 @@ def _flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any
 
 
 def _row(key: str, flat: Sequence[Scored]) -> list[str]:
-    return [_label(key), *(told(each.get(key)) for each in flat)]
+    return [_label(key), *(rounded(each.get(key)) for each in flat)]
 
 
 def _label(key: str) -> str:
@@ -79,7 +79,7 @@ def _not_comparable(runs: Sequence[Compared], flat: Sequence[Scored]) -> Iterato
     if len(set(whiles.values())) > 1:
         each = "; ".join(f"{name} from {after:g} s{' on' if end is None else f' to {end:g} s'}"
                          for name, (after, end) in whiles.items())
-        yield Notice(text=f"They are scored over different parts of a trial: {each}.")
+        yield Notice(text=f"Runs are scored over different parts of a trial: {each}.")
 
 
 def trials_section(runs: Sequence[Compared]) -> Section | None:
@@ -101,7 +101,8 @@ def trials_section(runs: Sequence[Compared]) -> Section | None:
 def _over_trials(metric: str, title: str, having: Mapping[Compared, Sequence[float]]) -> Chart:
     lines = [Line(name=run.name, role=run.role, x=np.arange(float(len(values))), y=np.array(values))
              for run, values in having.items()]
-    ends = "; ".join(f"{run.name} {told(values[0])} to {told(values[-1])}" for run, values in having.items())
+    ends = "; ".join(f"{run.name} {rounded(values[0])} to {rounded(values[-1])}"
+                     for run, values in having.items())
     highest = max(float(np.nanmax(line.y)) for line in lines)
     return Chart(key=f"trials-{metric}", title=f"{title}, RMS", x_label="trial", y_label="error, deg",
                  lines=lines, limits=(0.0, 1.05 * highest or 1.0), text=f"First to last trial, deg: {ends}.")
@@ -111,7 +112,7 @@ def _beside(metric: str, title: str, having: Mapping[Compared, Sequence[float]])
     values = [run_values[0] for run_values in having.values()]
     return Bars(key=f"trials-{metric}", title=f"{title}, RMS", x_label="error, deg",
                 names=[run.name for run in having], values={"error": values}, roles={"error": "truth"},
-                stacked=False, text=", ".join(f"{run.name} {told(value)} deg"
+                stacked=False, text=", ".join(f"{run.name} {rounded(value)} deg"
                                               for run, value in zip(having, values, strict=True)) + ".")
 
 
@@ -138,10 +139,10 @@ def _errors(runs: Sequence[Compared]) -> str:
             best, worst = min(known, key=known.__getitem__), max(known, key=known.__getitem__)
             last = _in_last_trial([run for run in runs if run.name in known])
             if known[best] == known[worst]:
-                return f"{begin} {title} is {told(known[best])} deg RMS in all of them{last}."
-            return (f"{begin} {title} is least in {best}, {told(known[best])} deg RMS{last}, and greatest in "
-                    f"{worst}, {told(known[worst])} deg.")
-    return f"{begin} They have no error of joints in common."
+                return f"{begin} {title} is {rounded(known[best])} deg RMS in all of them{last}."
+            return (f"{begin} {title} is least in {best}, {rounded(known[best])} deg RMS{last}, and greatest "
+                    f"in {worst}, {rounded(known[worst])} deg.")
+    return f"{begin} The runs have no common error of joints."
 
 
 def _in_last_trial(runs: Sequence[Compared]) -> str:
@@ -157,7 +158,7 @@ def _in_last_trial(runs: Sequence[Compared]) -> str:
 Build = Callable[[Sequence[Compared]], Section | None]
 _SECTIONS: tuple[tuple[str, str, Build], ...] = (
     ("trials", "Error per trial", trials_section),
-    ("differences", "What differs", differences_section),
+    ("differences", "Differences", differences_section),
     ("metrics", "Metrics side by side", metrics_section),
     ("joints", "Joints in the last trial", joints_section),
 )
@@ -175,7 +176,7 @@ def comparison_page(recordings: Sequence[Recording]) -> Page:
     sections = [section for each in _SECTIONS for section in _built(runs, *each)]
     said = [Notice(text=f"{run.name}: {each}") for run in runs for each in run.known.lacks]
     if said:
-        sections.insert(0, Section(key="lacking", title="What could not be read", parts=said))
+        sections.insert(0, Section(key="lacking", title="Unreadable parts", parts=said))
     sections.append(_ran(runs))
     names = sorted({recording.name for recording in recordings})
     facts = [(run.name, f"{run.recording.status}, seed {run.recording.seed}") for run in runs]
@@ -184,7 +185,7 @@ def comparison_page(recordings: Sequence[Recording]) -> Page:
 
 
 def _built(runs: Sequence[Compared], key: str, title: str, build: Build) -> Iterator[Section]:
-    """A section; one that fails says so in its place, and takes no other with it."""
+    """Build a section; if that fails, a notice takes its place and the other sections are unaffected."""
     try:
         section = build(runs)
         if section is not None:
@@ -200,4 +201,4 @@ def _ran(runs: Sequence[Compared]) -> Section:
     rows = [[run.name, run.recording.name, str(run.recording.seed), str(run.known.begun),
              run.recording.status, run.recording.fingerprint[:12],
              run.recording.versions.get("fesloop", "?"), str(run.recording.path)] for run in runs]
-    return Section(key="ran", title="What was run", parts=[Table(columns=columns, rows=rows)])
+    return Section(key="ran", title="Experiment", parts=[Table(columns=columns, rows=rows)])

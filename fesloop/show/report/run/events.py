@@ -1,4 +1,4 @@
-"""What happened out of the ordinary, and what messages were lost."""
+"""Section of a report on statuses, events and lost messages."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _MOST_TOLD = 400
 
 
 def events_section(known: Known) -> Section:
-    """Every status that blocks and wires reported, counted; the first of them one by one."""
+    """Section with the counts of all reported statuses, and the first events one by one."""
     return Section(key="events", title="Statuses and events",
                    parts=[*_events(known.recording.events), *_messages(known)])
 
 
 def _events(events: Sequence[Event]) -> Iterator[Part]:
     if not events:
-        yield Paragraph(text="No block and no wire reported anything.")
+        yield Paragraph(text="No block or wire reported a status.")
         return
     first: dict[tuple[str, str], Event] = {}
     last: dict[tuple[str, str], Event] = {}
@@ -33,7 +33,7 @@ def _events(events: Sequence[Event]) -> Iterator[Part]:
         last[event.where, event.status] = event
     gravest = sorted(first.items(), key=lambda entry: graveness(entry[0][1]))
     rows = [[_what(event), str(counts[key]), _when(event), _when(last[key])] for key, event in gravest]
-    yield Table(title="By block and status, with what was told first", rows=rows,
+    yield Table(title="By block and status, with the first message", rows=rows,
                 columns=["what", "times", "first (trial: time)", "last"])
     shown = events[:_MOST_TOLD]
     which = counted(len(events), "event") if len(shown) == len(events) else \
@@ -53,7 +53,7 @@ def _when(event: Event) -> str:
 
 
 def _messages(known: Known) -> Iterator[Part]:
-    """Wires on which messages were lost or came too late, over all trials that are over."""
+    """Table of wires with lost or late messages, summed over the completed trials."""
     sums: dict[str, Counter[str]] = {}
     for trial in known.recording.messages:
         for wire, counts in trial.items():
@@ -61,7 +61,7 @@ def _messages(known: Known) -> Iterator[Part]:
     rows = [[wire, *(str(counts[key]) for key in ("sent", "lost", "late"))]
             for wire, counts in sums.items() if counts["lost"] or counts["late"]]
     if rows:
-        yield Table(title="Messages that were lost, or overtaken and dropped",
+        yield Table(title="Messages that were lost, or dropped because they were late",
                     columns=["wire", "sent", "lost", "late"], rows=rows)
     elif sums:
-        yield Paragraph(text="No message was lost, and none was overtaken.")
+        yield Paragraph(text="No message was lost or late.")

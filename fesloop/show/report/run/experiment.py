@@ -1,4 +1,4 @@
-"""What was run: the wiring drawn, every wire in a table, the experiment with every parameter resolved."""
+"""Section of a report on the experiment: its wiring as drawing and tables, and resolved parameters."""
 
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ _LONGEST = 200_000
 
 
 def experiment_section(known: Known) -> Section:
-    """From the tables in the recording, whether their kinds are installed here or not."""
+    """Section made from the tables in the recording, which need no installed kinds."""
     tables = known.recording.experiment
     about = tables.get("experiment", {}).get("description", "")
     parts: list[Part] = [Paragraph(text=about)] if about else []
-    return Section(key="experiment", title="What was run", parts=[*parts, *_parts(known, tables)])
+    return Section(key="experiment", title="Experiment", parts=[*parts, *_parts(known, tables)])
 
 
 def _parts(known: Known, tables: Mapping[str, Any]) -> Iterator[Part]:
@@ -32,7 +32,7 @@ def _parts(known: Known, tables: Mapping[str, Any]) -> Iterator[Part]:
     wires = [with_transport(wire, tables) for wire in tables.get("wires", [])]
     rates = {name: _rate(known, name, table) for name, table in blocks.items()}
     if blocks:
-        yield Drawing(key="wiring", title="Blocks with their rates, wires with their latencies",
+        yield Drawing(key="wiring", title="Blocks with rates, wires with latencies",
                       svg=wiring_svg(blocks, wires, rates),
                       text=f"{counted(len(blocks), 'block')} joined by {counted(len(wires), 'wire')}; the "
                       "tables below say the same.")
@@ -46,11 +46,11 @@ def _parts(known: Known, tables: Mapping[str, Any]) -> Iterator[Part]:
     yield Fold(title="Versions and identity", parts=[Table(columns=["", ""], rows=[
         *([name, version] for name, version in versions.items()),
         ["fingerprint of the experiment", known.recording.fingerprint],
-        ["to run it once more", f"fesloop run {known.recording.path.name}"]])])
+        ["command that repeats the run", f"fesloop run {known.recording.path.name}"]])])
 
 
 def _rate(known: Known, name: str, table: Mapping[str, Any]) -> str:
-    """When a block ticks: as its clock says, else as its table does."""
+    """Rate of a block in words, from its clock or else from its table."""
     if known.experiment is not None:
         node = known.experiment.wiring.node(name)
         if node.is_plant:
@@ -73,18 +73,18 @@ def _wire_row(wire: Mapping[str, Any]) -> list[str]:
 
 
 def _resolved(tables: Mapping[str, Any]) -> Iterator[Part]:
-    """The experiment as TOML."""
+    """Fold with the experiment as TOML."""
     text = toml_text(without_none(tables))
     shown = text if len(text) <= _LONGEST else text[:text.rindex("\n", 0, _LONGEST) + 1]
     parts: list[Part] = [Code(text=shown)]
     if len(shown) < len(text):
-        parts.append(Notice(text=f"{len(text) - len(shown)} characters of the experiment are left out here; "
-                            "the recording has them."))
-    yield Fold(title="The experiment, every parameter resolved", parts=parts)
+        parts.append(Notice(text=f"{len(text) - len(shown)} characters of the experiment are omitted here; "
+                            "the recording contains them."))
+    yield Fold(title="Experiment with all parameters resolved", parts=parts)
 
 
 def without_none(value: Any) -> Any:
-    """Tables and lists without what is not given, which TOML has no word for."""
+    """Tables and lists without `None`, which TOML cannot express."""
     if isinstance(value, Mapping):
         return {key: without_none(item) for key, item in value.items() if item is not None}
     if isinstance(value, (list, tuple)):
@@ -124,7 +124,7 @@ def columns(blocks: Mapping[str, Any], wires: Sequence[Mapping[str, Any]]) -> Co
 
 
 def is_plant(table: Mapping[str, Any]) -> bool:
-    """Whether a block's table, every parameter resolved, is that of a plant: it executes nothing."""
+    """Return whether a resolved table describes a plant, which has no execution time."""
     return "execution" not in table
 
 
@@ -133,13 +133,13 @@ def _node(end: str) -> str:
 
 
 def _asks(name: str, wires: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether a block's stimulation comes from itself."""
+    """Return whether a block generates its own stimulation."""
     gives = any(wire["from"] == f"{name}.{_COMMAND}" for wire in wires)
     return gives and not any(wire["to"] == f"{name}.{_COMMAND}" for wire in wires)
 
 
 def _reached(starts: Sequence[str], pairs: Sequence[tuple[str, str]], plants: Collection[str]) -> set[str]:
-    """What commands come to, not beyond the first plant."""
+    """Blocks that commands reach, up to the first plant."""
     found, left = set(starts), list(starts)
     while left:
         name = left.pop()
@@ -170,20 +170,20 @@ def _in_order(names: Sequence[str], pairs: Sequence[tuple[str, str]], starts: Se
 
 
 _WIDE, _HIGH, _PITCH = 146.0, 40.0, 62.0
-"""Of a block, and from one to the next below (chosen)."""
+"""Width and height of a block, and vertical distance between blocks (chosen)."""
 _GUTTER, _BETWEEN = 40.0, 98.0
-"""Beside the columns, and between them."""
+"""Room beside the columns, and between them."""
 _LANE, _LETTER, _LINE = 8.0, 5.6, 12.0
-"""Between wires side by side; width of a letter and height of a line of a label."""
+"""Distance between parallel wires; width of a letter and height of a line of a label."""
 _MOST_LETTERS = 25
 _JITTERS = ("ms", "low_ms", "high_ms", "mean_ms", "sd_ms")
-"""Keys of a duration; a jitter of which all are zero is none."""
+"""Keys of a duration; if all are zero there is no jitter."""
 Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """A wire, or several between the same blocks: points that it passes, and what stands beside it."""
+    """Wire, or several between the same blocks: points of its path, label, tooltip and side."""
 
     points: tuple[Point, ...]
     label: tuple[str, ...]
@@ -193,7 +193,7 @@ class _Way:
 
 def wiring_svg(blocks: Mapping[str, Any], wires: Sequence[Mapping[str, Any]],
                rates: Mapping[str, str]) -> str:
-    """The drawing, for 400 pixels as well as for a wide page; `rates` tells of each block when it ticks."""
+    """SVG of the wiring, for narrow and wide pages; `rates`: rate of each block in words."""
     placed = columns(blocks, wires)
     rows = max(len(placed.down), len(placed.up), 1)
     height = _PITCH * rows
@@ -210,13 +210,13 @@ def wiring_svg(blocks: Mapping[str, Any], wires: Sequence[Mapping[str, Any]],
 
 
 def _spread(count: int, height: float) -> list[float]:
-    """Upper edges of so many blocks, evenly over the height."""
+    """Upper edges of `count` blocks spread evenly over a height."""
     pitch = height / max(count, 1)
     return [pitch * (number + 0.5) - 0.5 * _HIGH for number in range(count)]
 
 
 def _joined(wires: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
-    """Wires by the blocks that they join."""
+    """Wires grouped by the pair of blocks that they join."""
     found: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for wire in wires:
         ends = wire["from"].partition(".")[0], wire["to"].partition(".")[0]
@@ -226,13 +226,13 @@ def _joined(wires: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str], list[Ma
 
 def _ways(down: Sequence[str], up: Sequence[str], corners: Mapping[str, Point],
           joined: Mapping[tuple[str, str], list[Mapping[str, Any]]]) -> list[_Way]:
-    """Straight to the next block of a column, outside of it to another, between the columns across."""
+    """Paths of wires: straight to the next block, beside a column to others, across between columns."""
     ends = _Ends(corners)
     next_ones = {*pairwise(down), *pairwise(up)}
     lanes: dict[str, list[tuple[float, float, int]]] = {"left": [], "right": []}
     found = []
     for (source, target), wires in sorted(joined.items(), key=lambda item: _length(item[0], corners)):
-        label, words = _label(wires), _told(wires)
+        label, words = _label(wires), _tooltip(wires)
         if source not in corners or target not in corners:
             continue
         if (source, target) in next_ones:
@@ -251,19 +251,19 @@ def _ways(down: Sequence[str], up: Sequence[str], corners: Mapping[str, Point],
 
 
 def _length(pair: tuple[str, str], corners: Mapping[str, Point]) -> float:
-    """How far a wire goes up or down: short ones lie inside."""
+    """Vertical length of a wire; short wires get the inner lanes."""
     return abs(corners[pair[0]][1] - corners[pair[1]][1]) if set(pair) <= corners.keys() else 0.0
 
 
 class _Ends:
-    """Points on the sides of blocks where wires end, each given once."""
+    """Points on the sides of blocks at which wires end; each is used once."""
 
     def __init__(self, corners: Mapping[str, Point]) -> None:
         self._corners = corners
         self._taken: dict[tuple[str, str], int] = {}
 
     def take(self, name: str, side: str) -> Point:
-        """The next free point, from the middle outwards."""
+        """Next free point on a side, from its middle outwards."""
         number = self._taken.get((name, side), 0)
         self._taken[name, side] = number + 1
         away = (number + 1) // 2 * _LANE * (1 if number % 2 else -1)
@@ -279,7 +279,7 @@ def _straight(source: Point, target: Point) -> tuple[Point, ...]:
 
 
 def _free_lane(taken: list[tuple[float, float, int]], start: float, end: float) -> int:
-    """The innermost lane that no other wire has between two heights; it is then taken."""
+    """Innermost lane that is free between two heights; marks it as taken."""
     low, high = min(start, end), max(start, end)
     busy = {lane for first, last, lane in taken if first <= high and low <= last}
     lane = next(number for number in range(len(taken) + 1) if number not in busy)
@@ -288,7 +288,7 @@ def _free_lane(taken: list[tuple[float, float, int]], start: float, end: float) 
 
 
 def _label(wires: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    """What the slowest of some wires takes, and loses; nothing for none."""
+    """Lines of a wire's label: greatest latency, jitter and loss of the wires that it joins."""
     wire = max(wires, key=lambda each: float(each.get("latency_ms", 0.0)))
     lines = [f"{wire['latency_ms']:g} ms"] if wire.get("latency_ms") else []
     if any(each.get("jitter", {}).get(key) for each in wires for key in _JITTERS):
@@ -297,13 +297,13 @@ def _label(wires: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     return (*lines, f"{100.0 * loss:g} % lost") if loss else tuple(lines)
 
 
-def _told(wires: Sequence[Mapping[str, Any]]) -> str:
-    """Ports, for who points at a wire."""
+def _tooltip(wires: Sequence[Mapping[str, Any]]) -> str:
+    """Tooltip of a wire: the ports that it joins."""
     return "; ".join(f"{wire['from']} to {wire['to']}" for wire in wires)
 
 
 def _drawn_way(way: _Way) -> Iterator[str]:
-    yield svg.polyline(way.points, "stroke-plain", width=1.4, told=way.told)
+    yield svg.polyline(way.points, "stroke-plain", width=1.4, tooltip=way.told)
     yield svg.arrow_head(way.points[-2], way.points[-1], "fill-plain")
 
 
@@ -311,7 +311,7 @@ def _drawn_block(name: str, table: Mapping[str, Any], rate: str, corner: Point) 
     x, y = corner
     kind = str(table.get("kind", ""))
     below = " · ".join(part for part in (kind if kind != name else "", rate) if part)
-    yield svg.rect(x, y, _WIDE, _HIGH, "paper stroke-plain", radius=6.0, told=f"{name}: {kind}, {rate}")
+    yield svg.rect(x, y, _WIDE, _HIGH, "paper stroke-plain", radius=6.0, tooltip=f"{name}: {kind}, {rate}")
     yield svg.text(x + 0.5 * _WIDE, y + (17.0 if below else 24.0), _cut(name), size=13.0, anchor="middle",
                    bold=True)
     if below:
@@ -323,7 +323,7 @@ def _cut(words: str) -> str:
 
 
 def _labels(ways: Sequence[_Way]) -> Iterator[str]:
-    """What stands beside wires, on paper, each where it hides the least of those before it."""
+    """Labels of wires, each placed where it overlaps earlier ones least."""
     taken: list[tuple[float, float, float, float]] = []
     for way in ways:
         if not way.label:
@@ -339,7 +339,7 @@ def _labels(ways: Sequence[_Way]) -> Iterator[str]:
 
 
 def _spots(way: _Way, wide: float) -> Iterator[Point]:
-    """Middles of where a label may stand, the best first."""
+    """Candidate centres of a label, the best first."""
     if way.side == "beside":
         (x, start), (_, end) = way.points
         yield x + 0.5 * wide + 4.0, 0.5 * (start + end)

@@ -1,4 +1,4 @@
-"""What is known of a run before anything of it is drawn."""
+"""Facts about a run that all sections of its report share."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Known:
 
     @property
     def duration_s(self) -> float | None:
-        """Of a trial, where the experiment says it."""
+        """Duration of a trial, s; None if the experiment does not state it."""
         found = self.recording.experiment.get("experiment", {}).get("duration_s")
         return None if found is None else float(found)
 
@@ -85,15 +85,15 @@ class Known:
         return (Mark(text="scored", at=after, until=end),) if end is not None and part else ()
 
     def scored_span_s(self) -> tuple[float, float | None]:
-        """From when to when joint angles are scored: to `until_s`, or the end of a trial that comes before.
+        """Interval over which joint angles are scored, s; it ends at `until_s` or with the trial.
 
-        None for an end that is not known.
+        The end is None if it is unknown.
         """
         ends = (self.score.get("until_s"), self.duration_s, self._reached_s() or None)
         return self.score.get("after_s") or 0.0, min((end for end in ends if end is not None), default=None)
 
     def _reached_s(self) -> float:
-        """Up to where there is a truth of the first trial, which is whole if others follow; 0: not known."""
+        """Last instant with a true posture in the first trial, s; 0 if unknown."""
         truth = self.scored("truth")
         if not truth or not self.begun:
             return 0.0
@@ -105,23 +105,23 @@ class Known:
 
 
 def row_names(count: int) -> tuple[str, ...]:
-    """Names of a signal's values: a hand's freedoms, where there are as many; else numbers."""
+    """Names of a signal's components: the hand's degrees of freedom if the number fits, else numbers."""
     freedoms = hand_tree(HandSize()).freedoms
     return freedoms if count == len(freedoms) else tuple(f"joint {number}" for number in range(count))
 
 
 def known_of(recording: Recording) -> Known:
-    """What is known of a run; what cannot be read is told in `lacks`, and never raised."""
+    """Collect the facts about a run; what cannot be read is listed in `lacks` and raises nothing."""
     lacks: list[str] = []
     begun, cast, metrics = 0, None, {}
     try:
         begun = recording.trials
     except FesloopError as fault:
-        lacks.append(f"How many trials there are is not known: {fault}")
+        lacks.append(f"The number of trials is unknown: {fault}")
     try:
         cast = cast_of(recording)
     except Exception as fault:  # noqa: BLE001 - as in `fesloop.show.report.run.page`
-        lacks.append(f"Which block is the hand, and which its tracker, is not known: {_line(fault)}")
+        lacks.append(f"Hand and tracker cannot be identified: {_line(fault)}")
     if begun:
         try:
             metrics = metrics_of(recording)
@@ -134,7 +134,7 @@ def known_of(recording: Recording) -> Known:
 
 
 def _resolved(recording: Recording) -> tuple[Experiment | None, str]:
-    """The experiment of a recording; why there is none: a kind that is not installed, a file that is gone."""
+    """Experiment of a recording, or the reason for which it cannot be resolved."""
     try:
         return from_document(document_of(recording.path), recording.name), ""
     except Exception as fault:  # noqa: BLE001 - as in `fesloop.show.report.run.page`
@@ -142,16 +142,16 @@ def _resolved(recording: Recording) -> tuple[Experiment | None, str]:
 
 
 def _drawn(begun: int) -> tuple[int, ...]:
-    """The first, the last, and evenly between."""
+    """Trials to be shown: the first, the last, and some evenly spaced between them."""
     return tuple(np.unique(np.linspace(0, begun - 1, min(begun, MOST_TRIALS)).round().astype(int)).tolist())
 
 
 def _line(fault: Exception) -> str:
-    """An error in a line."""
+    """Error message in one line."""
     text = " ".join(str(fault).split())
     return text if isinstance(fault, FesloopError) else f"{type(fault).__name__}: {text}"
 
 
 def seconds(time_ns: int) -> float:
-    """Of an instant in a trial."""
+    """Seconds of an instant in a trial."""
     return time_ns / NS_PER_S

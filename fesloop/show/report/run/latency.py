@@ -1,4 +1,4 @@
-"""The latency budget as time lines, and how old commands were in the run."""
+"""Section of a report on latency: the budget as time lines, and the age of commands in the run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fesloop.show.report import svg
 from fesloop.show.report.parts import Drawing, Fold, Notice, Paragraph, Part, Section, Table
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.stimulation import final_stimulation
-from fesloop.show.report.run.words import told
+from fesloop.show.report.run.words import rounded
 
 _WIDE, _LEFT, _ROW, _BAR = 440.0, 8.0, 34.0, 10.0
 _MOST_STAGES = 24
@@ -21,7 +21,7 @@ Stages = tuple[StageSummary, ...]
 
 
 class Way(NamedTuple):
-    """A way from the patient to the patient.
+    """Path from the patient through blocks back to the patient.
 
     Attributes
     ----------
@@ -37,10 +37,10 @@ class Way(NamedTuple):
 
 
 def latency_section(known: Known) -> Section:
-    """Every way from a sensor back to the patient, stage by stage, by the wiring; and ages as recorded."""
+    """Section with the latency of all paths by stage, from the wiring, and the recorded ages."""
     parts: list[Part] = []
     if known.experiment is None:
-        parts.append(Notice(text=f"The budget cannot be computed here: {known.not_resolved}"))
+        parts.append(Notice(text=f"The latency budget cannot be computed: {known.not_resolved}"))
     else:
         report = LatencyReport(known.experiment.wiring, horizon_ns=known.experiment.duration_ns)
         parts += _budget(known, _ways(report.paths), report.coverage(known.experiment.trials))
@@ -48,7 +48,7 @@ def latency_section(known: Known) -> Section:
 
 
 def _ways(paths: Sequence[PathLatency]) -> list[Way]:
-    """Every way through a block on which a sample acts; those that take the same time are one."""
+    """Paths on which a sample takes effect; paths of equal latency are merged."""
     found: dict[tuple[tuple[str, ...], str, Stages, Stages], list[str]] = {}
     for path in paths:
         through = tuple(connection.target.name for connection in path.connections)
@@ -62,37 +62,37 @@ def _ways(paths: Sequence[PathLatency]) -> list[Way]:
 
 def _budget(known: Known, ways: Sequence[Way], coverage: str) -> Iterator[Part]:
     if not ways:
-        yield Paragraph(text="No way leads from the patient through blocks back to the patient.")
+        yield Paragraph(text="No path leads from the patient through blocks back to the patient.")
         return
     yield Paragraph(text=f"{MEANING} {coverage} Computed from the wiring. A bar is the mean, the thin line "
-                         "goes from the least to the greatest.")
+                         "the range.")
     first = _foremost(known, ways)
     drawings = [[Drawing(key=f"latency-{number}", title=way.name, svg=_time_line(way.stages),
                          text=_in_words(way.stages)), *_lane_table(way)]
                 for number, way in enumerate([first, *(way for way in ways if way is not first)])]
     yield from drawings[0]
     if drawings[1:]:
-        yield Fold(title=f"{len(drawings) - 1} more ways",
+        yield Fold(title=f"{len(drawings) - 1} more paths",
                    parts=[part for way in drawings[1:] for part in way])
 
 
 def _lane_table(way: Way) -> Iterator[Part]:
-    """The total by channel."""
+    """Table of the total latency of each channel."""
     if way.lanes:
-        yield Table(title="The same by channel, ms", columns=["channel", "least", "mean", "greatest"],
+        yield Table(title="Total by channel, ms", columns=["channel", "least", "mean", "greatest"],
                     rows=[[lane.name, _ms(lane.least_ns), _ms(lane.mean_ns), _ms(lane.most_ns)]
                           for lane in way.lanes])
 
 
 def _foremost(known: Known, ways: Sequence[Way]) -> Way:
-    """The way through what is scored as the estimate, the slowest and longest such; else of all."""
+    """Slowest path through the scored estimate, or the slowest of all if none passes it."""
     estimate = str(known.score.get("estimate") or "").partition(".")[0]
     through = [way for way in ways if estimate and f" {estimate} " in way[0]]
     return max(through or ways, key=lambda way: (way[1][-1].mean_ns, way[0].count("→")))
 
 
 def _time_line(stages: Sequence[StageSummary]) -> str:
-    """One stage below the other, each from where the one before it ends."""
+    """SVG of the stages below each other; each begins where the one before it ends."""
     shown = stages[:-1][:_MOST_STAGES]
     longest = max(stages[-1].most_ns, sum(stage.mean_ns for stage in shown) + _overhang(shown), 1)
     scale = (_WIDE - 2.0 * _LEFT) / longest
@@ -108,7 +108,7 @@ def _time_line(stages: Sequence[StageSummary]) -> str:
 
 
 def _overhang(stages: Sequence[StageSummary]) -> float:
-    """By how much a greatest goes beyond the sum of means."""
+    """Excess of the greatest durations over the sum of the means, ns."""
     ends = np.cumsum([0.0, *(stage.mean_ns for stage in stages)])
     beyond = [begin + stage.most_ns - ends[-1] for begin, stage in zip(ends, stages, strict=False)]
     return max(0.0, *beyond) if beyond else 0.0
@@ -121,7 +121,7 @@ def _stage(stage: StageSummary, x: float, scale: float, y: float, total: bool) -
     words = f"{stage.name.removeprefix('wire ').replace('->', ' → ')}: {_ms(mean)}{spread} ms"
     yield svg.text(_LEFT, y + 14.0, words, size=11.5, bold=total)
     middle = y + 19.0 + 0.5 * _BAR
-    yield svg.rect(x, y + 19.0, max(mean * scale, 1.0), _BAR, f"fill-{role}", radius=1.5, told=words)
+    yield svg.rect(x, y + 19.0, max(mean * scale, 1.0), _BAR, f"fill-{role}", radius=1.5, tooltip=words)
     if least < most:
         yield svg.line((x + least * scale, middle), (x + most * scale, middle), "stroke-plain", width=1.5)
         for end in (least, most):
@@ -129,7 +129,7 @@ def _stage(stage: StageSummary, x: float, scale: float, y: float, total: bool) -
 
 
 def _grid(longest_ns: float, scale: float, height: float) -> Iterator[str]:
-    """Upright lines at round milliseconds, and the axis below."""
+    """Vertical lines at round milliseconds, and the axis below."""
     longest = longest_ns / NS_PER_MS
     step = next((size * 10.0**power for power in range(-4, 7) for size in (1, 2, 5)
                  if longest / (size * 10.0**power) <= 6.0), longest)
@@ -153,20 +153,20 @@ def _ms(time_ns: float) -> str:
 
 
 def _ages(known: Known) -> Iterator[Part]:
-    """How old the oldest capture behind each value was when that left its block, as it was in the run."""
+    """Table of recorded ages: time from the oldest capture behind a value until it left its block."""
     rows = []
     for name in dict.fromkeys([known.scored("estimate"), final_stimulation(known)]):
         ages = _age_ms(known, name) if name else np.empty(0)
         if ages.size:
-            rows.append([name, str(ages.size), *(told(float(value)) for value in
+            rows.append([name, str(ages.size), *(rounded(float(value)) for value in
                                                  (ages.min(), *np.percentile(ages, (50, 99)), ages.max()))])
     if rows:
-        yield Table(title="In the run: age of the oldest capture behind each value as it left its block, ms",
+        yield Table(title="Recorded age of the oldest capture behind each value as it left its block, ms",
                     rows=rows, columns=["signal", "values", "least", "median", "99 %", "greatest"])
 
 
 def _age_ms(known: Known, name: str) -> np.ndarray:
-    """(n,), over all trials, of values that derive from a capture."""
+    """Ages (n,), ms, over all trials, of values that derive from a capture."""
     found = []
     for trial in range(known.begun):
         for table in known.recording.tables([name], trial):

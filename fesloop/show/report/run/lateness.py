@@ -1,4 +1,4 @@
-"""How a run kept in step with the wall clock."""
+"""Section of a report on lateness in real time."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from fesloop.loop.clock import NS_PER_MS
 from fesloop.show.report.parts import Bars, Chart, Part, Section, Table
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.thinning import thinned
-from fesloop.show.report.run.words import told
+from fesloop.show.report.run.words import rounded
 
 _QUANTILES = {"p50": "median", "p99": "99 % within", "worst": "at most"}
 
 
 def lateness_section(known: Known) -> Section | None:
-    """None for a run that was not in real time."""
+    """Section on lateness; None for a run that was not in real time."""
     summary = realtime_summary(known.recording)
     if not summary:
         return None
-    return Section(key="lateness", title="In step with the wall clock",
+    return Section(key="lateness", title="Real time",
                    parts=[_table(summary), _histogram(summary), *_courses(known)])
 
 
 def _table(summary: dict[str, Any]) -> Table:
     rows = [["missed deadlines", f"{summary['missed']} of {summary['deadlines']}, later than "
              f"{summary['period_ms']:g} ms ({summary['policy']})"]]
-    for key, words in (("late_ms", "work began late"), ("took_ms", "work took")):
-        rows.append([words, ", ".join(f"{_QUANTILES[name]} {told(value)} ms"
+    for key, words in (("late_ms", "start of work, late by"), ("took_ms", "duration of work")):
+        rows.append([words, ", ".join(f"{_QUANTILES[name]} {rounded(value)} ms"
                                       for name, value in summary[key].items())])
     rows += [[f"instants {action}", str(count)] for action, count in summary["done"].items()]
     rows += [["garbage collections", f"{summary['collections']:g}, the longest "
-              f"{told(summary['worst_collection_ms'])} ms"],
-             *([["longest write of the recording", f"{told(summary['worst_write_ms'])} ms"]]
+              f"{rounded(summary['worst_collection_ms'])} ms"],
+             *([["longest write of the recording", f"{rounded(summary['worst_write_ms'])} ms"]]
                if "worst_write_ms" in summary else []),
              ["memory", summary["memory"]], ["scheduling", summary["scheduling"]]]
     return Table(columns=["", ""], rows=rows)
@@ -48,7 +48,7 @@ def _histogram(summary: dict[str, Any]) -> Bars:
 
 
 def _courses(known: Known) -> Iterator[Part]:
-    """Lateness over each drawn trial."""
+    """Charts of lateness over the shown trials."""
     rows = known.recording.instants
     for trial in known.trials:
         mine = rows[rows["trial"] == trial]

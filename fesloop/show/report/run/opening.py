@@ -1,4 +1,4 @@
-"""Opening a run's file for its report, also one that is damaged or from another version."""
+"""Opening the file of a run for its report, also if it is damaged, of another version, or no recording."""
 
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from fesloop.show.report.run.words import counted
 
 @contextmanager
 def readable(path: Path) -> Iterator[tuple[Recording, Sequence[str]]]:
-    """A recording, and what is known to be missing of its file, a sentence each.
+    """Open a recording, and list what is known to be missing from its file, a sentence each.
 
-    Of a damaged file, what is left of it. Raises InputError for one of which nothing is left that is known.
+    Of a damaged file, the rest is opened. Raises InputError if nothing readable is left.
     """
     with ExitStack() as stack:
         try:
@@ -36,16 +36,16 @@ def readable(path: Path) -> Iterator[tuple[Recording, Sequence[str]]]:
                 recording = _sound(found.path, stack)
             except InputError:
                 raise fault from None
-            notices = [f"The file is damaged ({fault.found}). What is left of it is shown.", *found.losses]
+            notices = [f"The file is damaged ({fault.found}). Its readable part is shown.", *found.losses]
         form = _form(recording.path)
         if form != FORMAT:
-            notices = [f"The file says that it is a {form!r}; what is known of a {FORMAT!r} is shown, and "
-                       "what another version added is not.", *notices]
+            notices = [f"The format of the file is {form!r}; the parts of a {FORMAT!r} are shown, and "
+                       "additions of another version are not.", *notices]
         yield recording, notices
 
 
 def _sound(path: Path, stack: ExitStack) -> Recording:
-    """A recording whose tables can all be read."""
+    """Open a recording and check that its tables can be read."""
     recording = stack.enter_context(Recording(path))
     _ = recording.trials, recording.status, recording.wall, recording.events, recording.messages
     return recording
@@ -57,13 +57,13 @@ def _form(path: Path) -> str:
 
 
 _MOST_ROWS, _LONGEST = 400, 120
-"""Items and attributes listed, and letters of a value (chosen)."""
+"""Most items and attributes listed, and letters of a value (chosen)."""
 
 
 def contents_page(path: Path, fault: InputError) -> Page:
-    """A page of the file's items and attributes, and why there is no more of it.
+    """Page that lists the items and attributes of a file, and why there is no more.
 
-    Raises `fault` where it is no HDF5 file either.
+    Raises `fault` if the file is not HDF5 either.
     """
     try:
         with h5py.File(path, "r") as file:
@@ -71,15 +71,15 @@ def contents_page(path: Path, fault: InputError) -> Page:
     except (OSError, RuntimeError):
         raise fault from None
     parts: list[Part] = [
-        Notice(text=f"This is no recording that can be read here: {fault}. What it holds is listed."),
+        Notice(text=f"This file is not a readable recording: {fault}. Its contents are listed below."),
         Table(title="Items", columns=["name", "what it is"], rows=items[:_MOST_ROWS]),
         Table(title="Attributes", columns=["of", "name", "value"], rows=attributes[:_MOST_ROWS])]
     left_out = max(len(items) - _MOST_ROWS, 0) + max(len(attributes) - _MOST_ROWS, 0)
     if left_out:
-        parts.append(Notice(text=f"{counted(left_out, 'row')} are left out."))
-    return Page(title=path.name, sentence="This file is no recording that can be read here; nothing is said "
-                "of any run.", facts=[("file", str(path)), ("size", f"{path.stat().st_size:,} bytes")],
-                sections=[Section(key="contents", title="What is in the file", parts=parts)])
+        parts.append(Notice(text=f"{counted(left_out, 'row')} are omitted."))
+    return Page(title=path.name, sentence="This file is not a readable recording; there is no run to "
+                "report.", facts=[("file", str(path)), ("size", f"{path.stat().st_size:,} bytes")],
+                sections=[Section(key="contents", title="Contents of the file", parts=parts)])
 
 
 def _listed(file: h5py.File) -> tuple[list[list[str]], list[list[str]]]:

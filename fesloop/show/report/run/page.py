@@ -1,4 +1,4 @@
-"""A run's page: every section, from the recording alone."""
+"""Report page of one run, made from the recording alone."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from fesloop.show.report.run.words import counted
 
 
 def hand_section(known: Known) -> Section | None:
-    """None for a run without a hand of which postures are recorded."""
+    """Section with the moving hand; None if no posture of a hand is recorded."""
     from fesloop.show.report.motion import hand_motion
 
     figure = hand_motion(known.recording)
@@ -39,7 +39,7 @@ Build = Callable[[Known], Section | None]
 
 
 def _search_section(known: Known) -> Section | None:
-    """None for a run in which nothing searched."""
+    """Section on a point search; None for a run without one."""
     parts = [part for section in search_sections(known.recording) for part in section.parts]
     return Section(key="search", title="The search", parts=parts) if parts else None
 
@@ -56,15 +56,15 @@ _SECTIONS: tuple[tuple[str, str, Build], ...] = (
     ("tracker", "Tracker quality", tracker_section),
     ("fatigue", "Fatigue", fatigue_section),
     ("events", "Statuses and events", events_section),
-    ("lateness", "In step with the wall clock", lateness_section),
-    ("experiment", "What was run", experiment_section),
+    ("lateness", "Real time", lateness_section),
+    ("experiment", "Experiment", experiment_section),
 )
 
 
 @np.errstate(all="ignore")  # a damaged file may hold any number
 def run_page(recording: Recording, notices: Sequence[str] = (),
              progress: Progress = lambda fraction: None) -> Page:
-    """The report of one run. What cannot be shown is said where it would stand; nothing is raised for that.
+    """Report page of one run. A section that fails is replaced by a notice; nothing is raised.
 
     `notices`: what is known to be missing of the file. `progress` is told the fraction done.
     """
@@ -76,14 +76,14 @@ def run_page(recording: Recording, notices: Sequence[str] = (),
     said = [*notices, *known.lacks]
     if said:
         notes = [Notice(text=each) for each in said]
-        sections.insert(0, Section(key="lacking", title="What could not be read", parts=notes))
+        sections.insert(0, Section(key="lacking", title="Unreadable parts", parts=notes))
     return Page(title=_title(recording), sentence=sentence_of(known), facts=list(_facts(known)),
                 sections=sections, trials=known.trials if known.begun > 1 else (),
                 shown=known.last if known.begun > 1 else 0)
 
 
 def _built(known: Known, key: str, title: str, build: Build) -> Iterator[Section]:
-    """A section; one that fails says so in its place, and takes no other with it."""
+    """Build a section; if that fails, a notice takes its place and the other sections are unaffected."""
     try:
         section = build(known)
     except FesloopError as fault:
@@ -102,7 +102,7 @@ def _title(recording: Recording) -> str:
 
 
 def _facts(known: Known) -> Iterator[tuple[str, str]]:
-    """Small print under the title."""
+    """Facts under the title."""
     recording = known.recording
     about = recording.experiment.get("experiment", {})
     lasts = f" of {known.duration_s:g} s" if known.duration_s is not None else ""

@@ -1,4 +1,4 @@
-"""The result in one figure."""
+"""Sections of a report on the result: main figure, errors by trial, parts of the error, metrics."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from fesloop.show.report.parts import Bars, Chart, Fold, Line, Mark, Paragraph, 
 from fesloop.show.report.run.known import Known, seconds
 from fesloop.show.report.run.thinning import from_zero, thinned
 from fesloop.show.report.run.tracker import tip_course
-from fesloop.show.report.run.words import joint_label, listed, metric_label, told
+from fesloop.show.report.run.words import joint_label, listed, metric_label, rounded
 
 _MOST_ROWS, _MOST_JOINTS = 60, 8
-"""Of a table, and lines of a chart (chosen: what a reader takes in)."""
+"""Most rows of a table, and lines of a chart (chosen: what a reader takes in)."""
 
 
 def trials_section(known: Known) -> Section | None:
-    """None where nothing has a number a trial."""
+    """Section on errors per trial; None if no metric has a value per trial."""
     parts = [*_curves(known), *_tables(known)]
     title = "Error per trial" if known.begun > 1 else "Metrics"
     return Section(key="trials", title=title, parts=parts) if parts else None
 
 
 def learning_curve(known: Known, key: str) -> Chart | None:
-    """Tracking error over all joints by trial; None for less than two trials, or no error."""
+    """Chart of the tracking error by trial; None for fewer than two trials, or without an error."""
     errors = known.per_trial("joint_rmse_deg")
     if len(errors) < 2:
         return None
@@ -43,7 +43,7 @@ def learning_curve(known: Known, key: str) -> Chart | None:
         lines.append(Line(name="tracker against truth", role="tracker", x=number, y=np.array(seen)))
     return Chart(key=key, title="Error by trial, RMS over all scored joints", x_label="trial",
                  y_label="error, deg", lines=lines, limits=from_zero(lines),
-                 text=f"Tracking error by trial, deg: {', '.join(map(told, errors))}.")
+                 text=f"Tracking error by trial, deg: {', '.join(map(rounded, errors))}.")
 
 
 def _curves(known: Known) -> Iterator[Part]:
@@ -69,7 +69,7 @@ def _curves(known: Known) -> Iterator[Part]:
 
 
 def _tables(known: Known) -> Iterator[Part]:
-    """Metrics that have a value a trial, side by side."""
+    """Table of the metrics that have a value per trial."""
     columns = {label: values for name, metric in known.metrics.items() if name not in ("joints", MISSING)
                for label, values in _by_trial(name, metric, known.begun)}
     if not columns:
@@ -77,18 +77,18 @@ def _tables(known: Known) -> Iterator[Part]:
     shown = list(range(known.begun))
     if len(shown) > _MOST_ROWS:
         shown = [*shown[:_MOST_ROWS // 2], *shown[-_MOST_ROWS // 2:]]
-    rows = [[str(trial), *(told(values[trial]) for values in columns.values())] for trial in shown]
+    rows = [[str(trial), *(rounded(values[trial]) for values in columns.values())] for trial in shown]
     left_out = known.begun - len(shown)
     title = "By trial" + (f" (without {left_out} trials in the middle)" if left_out else "")
     if known.begun > 1:
         yield Table(title=title, columns=["trial", *columns], rows=rows)
     else:
-        values = [[label, told(metric[0])] for label, metric in columns.items()]
+        values = [[label, rounded(metric[0])] for label, metric in columns.items()]
         yield Table(columns=["metric", "value"], rows=values)
 
 
 def _by_trial(name: str, metric: Any, trials: int) -> Iterator[tuple[str, list[Any]]]:
-    """Columns of a metric, those with a plain value a trial."""
+    """Columns of a metric that has one plain value per trial."""
     if isinstance(metric, dict):
         for part, inner in metric.items():
             for label, values in _by_trial(name, inner, trials):
@@ -103,19 +103,19 @@ Array = NDArray[np.float64]
 
 
 def result_section(known: Known) -> Section | None:
-    """None where nothing was scored."""
+    """Section with the main figure; None if nothing was scored."""
     parts = [part for part in (_figure(known), *_remarks(known)) if part is not None]
     return Section(key="result", title="Result", parts=parts) if parts else None
 
 
 def _figure(known: Known) -> Part | None:
-    """Of what the sentence says first."""
+    """Figure of the main finding."""
     return (learning_curve(known, "result") or _error_course(known) or _orientations(known)
             or _fingertips(known) or _cycles(known))
 
 
 def _remarks(known: Known) -> Iterator[Part]:
-    """What the numbers are."""
+    """Paragraphs that define the numbers."""
     if "joint_rmse_deg" in known.metrics:
         yield Paragraph(text="Tracking error: true joint angles against the reference, root mean square over "
                         "time and over all scored joints.")
@@ -126,12 +126,12 @@ def _remarks(known: Known) -> Iterator[Part]:
                         "did not rest on its table.")
     reasons = [f"{name}: {reason}" for name, reason in reasons_of(known.metrics)]
     if reasons:
-        yield Fold(title="Why some numbers are missing", parts=[
+        yield Fold(title="Reasons for missing values", parts=[
             Paragraph(text=f"{reason}.") for reason in reasons])
 
 
 def _error_course(known: Known) -> Part | None:
-    """Error over the only trial, RMS over the joints."""
+    """Chart of the error over a single trial, RMS over the joints."""
     truth, reference = known.scored("truth"), known.scored("reference")
     if not (truth and reference and known.begun == 1):
         return None
@@ -165,7 +165,7 @@ def _orientations(known: Known) -> Part | None:
 
 
 def _fingertips(known: Known) -> Part | None:
-    """How far trackers' fingertips are off, over the last trial."""
+    """Chart of the trackers' fingertip errors over the last trial."""
     trackers = (known.score.get("trackers") or ()) if known.begun else ()
     courses = [(tracker, tip_course(known, tracker, known.last)) for tracker in trackers]
     lines = [found.line(tracker, f"series-{number % 8}") for number, (tracker, found) in enumerate(courses)
@@ -212,7 +212,7 @@ _ABOUT = ("Truth minus reference is truth minus estimate (the tracker's share, l
 
 
 def split_section(known: Known) -> Section | None:
-    """None where the score does not name truth, estimate and reference."""
+    """Section on the parts of the error; None unless the score names truth, estimate and reference."""
     split = known.metrics.get("split_rmse_deg")
     if not isinstance(split, dict):
         return None
@@ -221,7 +221,7 @@ def split_section(known: Known) -> Section | None:
 
 
 def _span(known: Known) -> Iterator[Part]:
-    """From when on the parts count, what set that, and that the tracking error's span is another."""
+    """Sentence on the start of the interval over which the parts are computed, and its reason."""
     since = {trial: each for trial, each in enumerate(known.per_trial("split_from_s")) if np.isfinite(each)}
     if not since:
         return
@@ -256,7 +256,7 @@ def _parts(known: Known, split: dict[str, list[float]]) -> Iterator[Part]:
                  for part, (words, role) in _WORDS.items()]
         yield Chart(key="split", title="Error by trial, RMS over all scored joints", x_label="trial",
                     y_label="error, deg", lines=lines, limits=from_zero(lines),
-                    text="; ".join(f"{words}: {told(split[part][-1])} deg in the last trial"
+                    text="; ".join(f"{words}: {rounded(split[part][-1])} deg in the last trial"
                                    for part, (words, _) in _WORDS.items()))
     joints: dict[str, Any] = known.metrics.get("joints") or {}
     for trial in known.trials:

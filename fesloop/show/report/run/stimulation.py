@@ -1,4 +1,4 @@
-"""Stimulation: what channels were commanded and gave over time, and what each element was given."""
+"""Section of a report on stimulation: channels over time, and charge of each element of the arrays."""
 
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from fesloop.show.report import svg
 from fesloop.show.report.parts import Drawing, Notice, Paragraph, Part, Section, Strips
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.thinning import Course, course
-from fesloop.show.report.run.words import listed, told
+from fesloop.show.report.run.words import listed, rounded
 
 Array = NDArray[np.float64]
 _PORT = "stimulation"
 
 
 def final_stimulation(known: Known) -> str:
-    """The recorded stimulation that comes nearest to the patient; empty where none is recorded.
+    """Name of the recorded stimulation closest to the patient; empty if none is recorded.
 
-    What commands the stimulator, else what no other block passes on.
+    It is the signal that commands the stimulator, or else one that no other block passes on.
     """
     if known.cast is not None and known.cast.stimulator is not None and known.cast.stimulation:
         return known.cast.stimulation
@@ -39,10 +39,10 @@ def final_stimulation(known: Known) -> str:
 
 
 def element_charge(known: Known, trial: int) -> tuple[Array, Array | None] | None:
-    """Charge (elements,), C, of one phase of all pulses in a trial; and (channels, elements) shares of it.
+    """Charge (elements,), C, of one phase of all pulses in a trial, and its parts (channels, elements).
 
-    The shares are of what each channel gave, None where that is not known. None where charges are not
-    recorded, or how channels lie on elements is not, or how often they give pulses.
+    The parts are None if the charge of channels is unknown. The result is None if charges, the assignment of
+    channels to elements, or the pulse rate are unknown.
     """
     if known.cast is None or known.cast.stimulator is None:
         return None
@@ -59,9 +59,9 @@ def element_charge(known: Known, trial: int) -> tuple[Array, Array | None] | Non
 
 
 def _pulses_a_row(known: Known, name: str, trial: int) -> float | None:
-    """Pulses of a channel that a row of the stimulator's charges counts for; None where that is not known.
+    """Pulses of a channel per row of the stimulator's charges; None if unknown.
 
-    Less than one: the charge of a pulse stands in the rows of every slot until the channel's next pulse.
+    It is below 1 because the charge of a pulse is repeated in every slot until the channel's next pulse.
     """
     assert known.cast is not None
     assert known.cast.stimulator is not None
@@ -75,7 +75,7 @@ def _pulses_a_row(known: Known, name: str, trial: int) -> float | None:
 
 
 def _by_channel(known: Known, trial: int) -> Array | None:
-    """(channels, elements), C, summed over rows: the channels' charges, shared out as was switched."""
+    """Charge (channels, elements), C, summed over rows and distributed as the channels were switched."""
     cast = known.cast
     assert cast is not None
     assert cast.stimulator is not None
@@ -106,7 +106,7 @@ def _switched(known: Known, charge: str, multiplexing: str, trial: int) -> Array
 
 
 def _sum(known: Known, name: str, trial: int) -> Array | None:
-    """Of all rows of a trial; None where there are none."""
+    """Sum over all rows of a trial; None without rows."""
     total: Array | None = None
     for table in known.recording.tables([name], trial):
         for piece in table.pieces():
@@ -150,7 +150,7 @@ def arrays_svg(electrodes: Any, charge: Array | None, highest: float, shares: Ar
 
 
 def _skin(wide: float, high: float) -> Iterator[str]:
-    """Back and front, each half of a turn, and what lies where."""
+    """Dorsal and volar halves with their labels."""
     for x, name in ((0.0, "back"), (0.5 * wide, "front")):
         yield svg.rect(x + 0.5, 0.5, 0.5 * wide - 1.0, high - 1.0, "paper stroke-plain", radius=4.0)
         yield svg.text(x + 8.0, 16.0, f"{name} of the forearm", kind="faint", size=12.0)
@@ -161,31 +161,31 @@ def _skin(wide: float, high: float) -> Iterator[str]:
 
 
 def _elements(places: Array, charge: Array | None, highest: float, shares: Array | None) -> Iterator[str]:
-    """Pads, filled in the colour of the channel that gave most, the deeper the more."""
+    """Circles of elements in the colour of the channel that gave most charge; deeper means more."""
     for element, (x, y, radius) in enumerate(places.tolist()):
         given = 0.0 if charge is None else float(charge[element])
         words = f"element {element}"
         if charge is not None:
-            words += f": {told(1e6 * given) if given else 0} µC"
-        yield svg.circle(x, y, radius, "paper stroke-plain", width=0.8, told=words)
+            words += f": {rounded(1e6 * given) if given else 0} µC"
+        yield svg.circle(x, y, radius, "paper stroke-plain", width=0.8, tooltip=words)
         if given > 0.0 and highest > 0.0:
             role = "plain"
             if shares is not None:
                 channel = int(np.argmax(shares[:, element]))
                 role, words = f"channel-{channel % 8}", f"{words}, channel {channel}"
-            yield svg.circle(x, y, radius, f"fill-{role}", opacity=0.2 + 0.8 * given / highest, told=words)
+            yield svg.circle(x, y, radius, f"fill-{role}", opacity=0.2 + 0.8 * given / highest, tooltip=words)
         yield svg.text(x, y + 0.85 * radius, str(element), kind="faint", size=9.0, anchor="middle")
 
 
 def _points(spots: dict[str, Array], strongest: Array | None) -> Iterator[str]:
-    """Motor points, filled where the muscle was active, whose name then stands there."""
+    """Motor points; those of active muscles are filled and named."""
     active = {name: float(strongest[muscle(name)]) for name in spots
               if strongest is not None and strongest[muscle(name)] >= _ACTIVE}
     for name, (x, y) in spots.items():
         share = active.get(name)
         words = f"motor point of {name}" + (f", activated to {100.0 * share:.0f} %" if share else "")
         kind = "fill-plain" if share else "paper stroke-plain"
-        yield svg.circle(x, y, _SCALE * _POINT_MM, kind, told=words)
+        yield svg.circle(x, y, _SCALE * _POINT_MM, kind, tooltip=words)
     shrunk = {name: spots[name] / (_SCALE * _LARGER) for name in active}
     for name, place in placed_labels(shrunk, {name: name for name in active}, _POINT_MM / _LARGER).items():
         x, y = (_SCALE * _LARGER * place).tolist()
@@ -195,15 +195,15 @@ def _points(spots: dict[str, Array], strongest: Array | None) -> Iterator[str]:
 
 
 _COLOURS = 8
-"""As many channels as have colours of their own."""
+"""Number of channels with colours of their own."""
 _MC = 1e-3
-_LEGEND = ("Elements on the unrolled forearm have the colour of the channel that gave them most, the deeper "
-           "the more charge. Dots are motor points, filled and named where their muscle was active.")
+_LEGEND = ("Elements on the unrolled forearm have the colour of the channel that delivered most charge; "
+           "deeper means more charge. Dots are motor points; those of active muscles are filled and named.")
 _SHOWN = (("Current", "current, mA", 1e3), ("Pulse width", "width, µs", 1e6))
 
 
 def stimulation_section(known: Known) -> Section | None:
-    """None for a run that stimulates nothing."""
+    """Section on stimulation; None for a run without it."""
     name = final_stimulation(known)
     arrays = known.cast is not None and known.cast.electrodes is not None
     if not name and not arrays:
@@ -216,26 +216,26 @@ def stimulation_section(known: Known) -> Section | None:
         parts += [chart for each in charts.values() for chart in each]
         idle = [str(trial) for trial, each in charts.items() if not each]
         if idle:
-            parts.append(Paragraph(text=f"No channel gave a pulse in trial {listed(idle)}."))
+            parts.append(Paragraph(text=f"No channel delivered a pulse in trial {listed(idle)}."))
     else:
-        parts.append(Notice(text="The channels are not shown: no stimulation is recorded."))
+        parts.append(Notice(text="Channels are not shown: no stimulation is recorded."))
     return Section(key="stimulation", title="Stimulation", parts=[*parts, *_arrays(known)])
 
 
 def _what_is_shown(known: Known, name: str, given: str | None) -> str:
-    """Which signal is a command, and which is what the patient got."""
+    """Sentence on which signals are commands and which are delivered charge."""
     if given:
-        return (f"Charge is what the device gave (`{given}`, one phase of a channel's newest pulse). Current "
-                f"and pulse width are what `{name}` commanded: the device rounds and limits them, and gives "
-                "no pulse shorter than it can.")
+        return (f"Charge is that of one phase of a channel's newest delivered pulse (`{given}`). Current "
+                f"and pulse width are those that `{name}` commanded: the device rounds and limits them, and "
+                "delivers no pulse below its least width.")
     if known.cast is not None and known.cast.stimulator is not None:
-        return (f"Current and pulse width are what `{name}` commanded. What of it "
-                f"`{known.cast.stimulator.name}` gave is not recorded.")
+        return (f"Current and pulse width are those that `{name}` commanded. The charge that "
+                f"`{known.cast.stimulator.name}` delivered is not recorded.")
     return f"As put out by `{name}`, the last signal before the patient."
 
 
 def _channels(known: Known, name: str, given: str | None, trial: int) -> Iterator[Part]:
-    """Charge that was given, and current and pulse width, of every channel that is used in a trial."""
+    """Strips of delivered charge, current and pulse width of the channels used in a trial."""
     found = course(known.recording, name, trial)
     if found is None or found.mean.ndim != 3 or found.mean.shape[2] != 2:
         return
@@ -250,10 +250,11 @@ def _channels(known: Known, name: str, given: str | None, trial: int) -> Iterato
         return
     idle = sorted(set(range(len(charged))) - set(used))
     rest = f"; idle: {listed([str(channel) for channel in idle])}" if idle else ""
-    names = {channel: f"channel {channel}{'' if gave[channel] else ', no pulse given'}" for channel in used}
+    names = {channel: f"channel {channel}{'' if gave[channel] else ', no pulse delivered'}"
+             for channel in used}
     shown: list[tuple[Course, str, str, str, float, tuple[int, ...]]] = []
     if charge is not None:
-        shown.append((charge, "charge", "Charge of a pulse, given", "charge, µC", 1e6, ()))
+        shown.append((charge, "charge", "Charge of a pulse, delivered", "charge, µC", 1e6, ()))
     after = "" if charge is None else ", commanded"
     shown += [(found, str(port), f"{title}{after}", label, factor, (port,))
               for port, (title, label, factor) in enumerate(_SHOWN)]
@@ -261,19 +262,20 @@ def _channels(known: Known, name: str, given: str | None, trial: int) -> Iterato
         lines = [of.line(names[channel], f"channel-{channel % _COLOURS}", (channel, *port), factor, "steps")
                  for channel in used]
         most = [float(np.nanmax(line.y if line.high is None else line.high)) for line in lines]
-        greatest = listed([f"{line.name} up to {told(each)}" for line, each in zip(lines, most, strict=True)])
+        greatest = listed([f"{line.name} up to {rounded(each)}"
+                           for line, each in zip(lines, most, strict=True)])
         yield Strips(key=f"stimulation-{key}-{trial}", title=title, x_label="time, s", y_label=label,
                      lines=lines, trial=trial, timed=True, limits=(0.0, 1.05 * max(most) or 1.0),
                      text=f"{label}{after if of is found else ''}, in trial {trial}: {greatest}{rest}.")
 
 
 def _highest(found: Course) -> np.ndarray:
-    """The greatest value of each point."""
+    """Greatest value at each point."""
     return found.mean if found.high is None else found.high
 
 
 def _arrays(known: Known) -> Iterator[Part]:
-    """The arrays of each drawn trial, in one scale of charge."""
+    """Drawings of the arrays in the shown trials, in one scale of charge."""
     if known.cast is None or known.cast.electrodes is None:
         return
     given = {trial: element_charge(known, trial) for trial in known.trials}
@@ -281,8 +283,8 @@ def _arrays(known: Known) -> Iterator[Part]:
     if all(each is None for each in given.values()):
         if known.score.get("search"):
             return
-        yield Notice(text="Elements are not coloured: the stimulator's charges are not recorded, or how its "
-                          "channels lie on the elements is not.")
+        yield Notice(text="Elements are not coloured: the stimulator's charges, or the assignment of its "
+                          "channels to elements, are not recorded.")
     else:
         yield Paragraph(text=_LEGEND)
     for trial, each in given.items():
@@ -297,12 +299,12 @@ def _title(charge: np.ndarray | None) -> str:
     if charge is None:
         return "The arrays on the unrolled forearm"
     total = float(charge.sum())
-    in_all = f"{told(1e3 * total)} mC" if total >= _MC else f"{told(1e6 * total)} µC"
-    return f"Charge of each element in the trial, one phase: {in_all} in all"
+    in_all = f"{rounded(1e3 * total)} mC" if total >= _MC else f"{rounded(1e6 * total)} µC"
+    return f"Charge of each element in the trial, one phase: {in_all} in total"
 
 
 def _strongest(known: Known, trial: int) -> np.ndarray | None:
-    """Greatest activation of each muscle in a trial, (29,)."""
+    """Greatest activation (29,) of each muscle in a trial."""
     name = f"{known.cast.muscles}.activation" if known.cast is not None and known.cast.muscles else ""
     found: Course | None = course(known.recording, name, trial) if name in known.signals else None
     if found is None or found.mean.ndim != 2:
@@ -314,6 +316,6 @@ def _in_words(charge: np.ndarray | None) -> str:
     text = "Elements of the arrays on the unrolled forearm, the elbow at the top, and the motor points."
     if charge is not None and charge.any():
         most = np.argsort(-charge)[:3]
-        text += " Most charge: " + listed([f"element {element} ({told(1e6 * float(charge[element]))} µC)"
+        text += " Most charge: " + listed([f"element {element} ({rounded(1e6 * float(charge[element]))} µC)"
                                            for element in most.tolist() if charge[element] > 0.0]) + "."
     return text

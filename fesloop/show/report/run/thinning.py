@@ -1,4 +1,4 @@
-"""Signals over time as lines of few points, read a piece of the file at a time: for runs of any length."""
+"""Thinned signals over time, read from the file in pieces, for runs of any length."""
 
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from fesloop.show.report.parts import Line
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 POINTS = 600
-"""Of a line (chosen: a chart is about as many pixels wide)."""
+"""Most points of a line (chosen: about the width of a chart in pixels)."""
 FEWER_POINTS = 300
-"""Of a line in a fold (chosen: there are many of them)."""
+"""Most points of a line in a fold (chosen: there are many lines)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """A signal over one trial, neighbouring rows drawn together.
+    """Signal over one trial, with neighbouring rows merged into points.
 
     Attributes
     ----------
@@ -42,14 +42,14 @@ class Course:
     rows: int = 1
 
     def columns(self) -> Course:
-        """The same of vectors: a number is a vector of one."""
+        """Course of vectors; a number becomes a vector of one component."""
         low, high, first = (None if each is None else columns(each)
                             for each in (self.low, self.high, self.first))
         return Course(self.seconds, columns(self.mean), low, high, first, self.rows)
 
     def line(self, name: str, role: str, at: int | tuple[int, ...] = (), factor: float = 1.0,
              style: str = "line") -> Line:
-        """One component as a line, in another unit by `factor`, which is above 0.
+        """Line of one component, multiplied by `factor` > 0.
 
         The mean of what is held in steps, such as pulses, may be a value that never was: of "steps" each
         point is its first row.
@@ -62,7 +62,7 @@ class Course:
 
 
 def course(recording: Recording, name: str, trial: int, points: int = POINTS) -> Course | None:
-    """A signal of a trial as at most `points` points; None where it has no row there.
+    """Signal of a trial in at most `points` points; None if it has no row in it.
 
     Raises InputError for a name that is not recorded, and for rows that the file lost.
     """
@@ -71,7 +71,7 @@ def course(recording: Recording, name: str, trial: int, points: int = POINTS) ->
 
 
 def thinned(pieces: Iterable[tuple[Stamps, Array]], count: int, points: int = POINTS) -> Course | None:
-    """A course from pieces of its rows: instants (n,), ns, and values (n, *shape); None for no row.
+    """Course made from pieces of rows: instants (n,), ns, and values (n, *shape); None without rows.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def thinned(pieces: Iterable[tuple[Stamps, Array]], count: int, points: int = PO
 
 
 def from_zero(lines: Sequence[Line]) -> tuple[float, float]:
-    """Of an axis of what is never below 0: from there to a little above all that is drawn."""
+    """Limits of an axis from 0 to a little above the greatest value of lines."""
     values = [line.y if line.high is None else line.high for line in lines]
     known = [float(each[np.isfinite(each)].max(initial=0.0)) for each in values]
     return 0.0, 1.05 * max(known, default=0.0) or 1.0

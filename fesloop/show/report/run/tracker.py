@@ -1,4 +1,4 @@
-"""Quality of the trackers: what they say against what was, joint by joint and over time."""
+"""Section of a report on tracker quality: estimates against the truth, by joint and over time."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from fesloop.loop.clock import NS_PER_S
 from fesloop.show.report.parts import Bars, Chart, Line, Paragraph, Part, Section, Table
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.thinning import Course, from_zero, thinned
-from fesloop.show.report.run.words import joint_label, listed, told
+from fesloop.show.report.run.words import joint_label, listed, rounded
 
 Array = NDArray[np.float64]
 _MOST_PCT = 98.0
-"""Of values decide on an axis (chosen: a tracker that finds its way at the start hides all that follows)."""
+"""Percentile of errors that sets the axis (chosen: errors before convergence would dwarf the rest)."""
 
 
 def tracker_section(known: Known) -> Section | None:
-    """None for a run in which no tracker is scored."""
+    """Section on tracker quality; None if no tracker is scored."""
     parts = [*_joints(known), *_fingertips(known), *_orientations(known), *_step_times(known)]
     if not parts:
         return None
-    about = Paragraph(text="Estimates are held against the truth of the instant at which their newest sample "
-                           "was captured: lateness is no error of a tracker here.")
+    about = Paragraph(text="Estimates are compared with the truth at the instant at which their newest "
+                           "sample was captured, so that latency does not count as error.")
     return Section(key="tracker", title="Tracker quality", parts=[about, *parts])
 
 
 def _joints(known: Known) -> Iterator[Part]:
-    """Error of each joint, and over time."""
+    """Bars of the error by joint, and charts of the error over time."""
     joints: dict[str, Any] = known.metrics.get("joints") or {}
     errors = {name: each["tracker_rmse_deg"] for name, each in joints.items() if "tracker_rmse_deg" in each}
     for trial in known.trials if errors else ():
@@ -57,7 +57,7 @@ def _joints(known: Known) -> Iterator[Part]:
 
 
 def _error_lines(known: Known, estimate: str, truth: str, trial: int) -> list[Line]:
-    """Error as it was and, where the tracker tells it, its standard deviation as it thought."""
+    """Lines of the error and, if the tracker reports it, of its standard deviation."""
     wanted = known.recording.column(truth, trial)
     (table,) = known.recording.tables([estimate], trial)
     found = thinned(((captured, _rms_deg(columns(values) - columns(held(wanted, captured))))
@@ -68,42 +68,43 @@ def _error_lines(known: Known, estimate: str, truth: str, trial: int) -> list[Li
         (table,) = known.recording.tables([deviation], trial)
         told_of = thinned(((captured, _rms_deg(values)) for captured, values in _derived(table)), table.count)
         if told_of is not None:
-            lines.append(told_of.line("its standard deviation, as it says", "estimate", style="dashed"))
+            name = "standard deviation reported by the tracker"
+            lines.append(told_of.line(name, "estimate", style="dashed"))
     return lines
 
 
 def _derived(table: SignalTable) -> Iterator[tuple[NDArray[np.int64], Array]]:
-    """Captures, ns, and values of the rows that derive from one: no other has a place in time here."""
+    """Captures, ns, and values of the rows that derive from one."""
     for piece in table.pieces():
         there = piece.newest_ns >= 0
         yield piece.newest_ns[there], piece.values[0][there]
 
 
 def _most(lines: list[Line]) -> tuple[float, str]:
-    """The upper end of the axis: above all values, or above most where few are far higher; and whether so."""
+    """Upper end of the axis, above all or most values, and a remark for the title if peaks are cut off."""
     values = np.concatenate([line.y if line.high is None else line.high for line in lines])
     known = values[np.isfinite(values)]
     if not known.size:
         return 1.0, ""
     most, greatest = 1.5 * float(np.percentile(known, _MOST_PCT)), 1.05 * float(known.max())
-    return (most, f" (peaks up to {told(float(known.max()))} deg cut off)") if 0.0 < most < greatest \
+    return (most, f" (peaks up to {rounded(float(known.max()))} deg cut off)") if 0.0 < most < greatest \
         else (greatest or 1.0, "")
 
 
 def _rms_deg(values: Array) -> Array:
-    """Over the joints, (n,), deg."""
+    """RMS over the joints, (n,), deg."""
     return np.asarray(np.degrees(np.sqrt(np.mean(np.square(values.reshape(len(values), -1)), axis=1))))
 
 
 def _deviation(known: Known, estimate: str) -> str:
-    """The signal by which a tracker tells how sure it is; empty where none is recorded."""
+    """Name of the signal with a tracker's standard deviation; empty if none is recorded."""
     node, _, port = estimate.partition(".")
     names = (f"{node}.{port.removesuffix('s')}_sd", f"{node}.sd")
     return next((name for name in names if name in known.signals), "")
 
 
 def _fingertips(known: Known) -> Iterator[Part]:
-    """Error of each fingertip by tracker, and over time."""
+    """Bars of the fingertip errors by tracker, and charts over time."""
     errors = known.metrics.get("fingertip_rmse_mm")
     if not isinstance(errors, dict) or not errors:
         return
@@ -127,12 +128,12 @@ def _fingertips(known: Known) -> Iterator[Part]:
     if isinstance(covered, dict):
         yield Table(title="Share of the truth inside the tracker's 95 % interval, last trial, %",
                     columns=["tracker", *tips],
-                    rows=[[tracker, *(told(100.0 * values[-1]) for values in each.values())]
+                    rows=[[tracker, *(rounded(100.0 * values[-1]) for values in each.values())]
                           for tracker, each in covered.items()])
 
 
 def tip_course(known: Known, tracker: str, trial: int) -> Course | None:
-    """Distance of a tracker's fingertips from the true ones over a trial, mm, RMS over the five."""
+    """Distance between estimated and true fingertips over a trial, mm, RMS over the five."""
     name, truth = f"{tracker}.fingertips", known.scored("fingertips")
     if name not in known.signals or not truth:
         return None
@@ -149,23 +150,24 @@ def tip_course(known: Known, tracker: str, trial: int) -> Course | None:
 
 
 def _orientations(known: Known) -> Iterator[Part]:
-    """Against the reference of a recording that was played."""
+    """Tables of errors against the reference of a replayed recording."""
     for name, title in (("orientation_rmse_deg", "Error of orientations, RMS, deg"),
-                        ("relative_angle_rmse_deg", "Error of the whole turn between two, RMS, deg"),
-                        ("joint_angle_rmse_deg", "Error of joint angles as they are put out, RMS, deg"),
+                        ("relative_angle_rmse_deg", "Error of the angle between two orientations, RMS, deg"),
+                        ("joint_angle_rmse_deg", "Error of joint angles at the controller, RMS, deg"),
                         ("flexion_axis_share", "Share of the turning that is about the axis of the angle")):
         errors = known.metrics.get(name)
         if not isinstance(errors, dict) or not errors:
             continue
         tables = [each for each in errors.values() if isinstance(each, dict)]
         columns = list(dict.fromkeys(key for each in tables for key in each))
-        rows = [[what, *((told(each.get(column)) for column in columns) if isinstance(each, dict)
-                         else (told(each),))] for what, each in errors.items()]
+        rows = [[what, *((rounded(each.get(column)) for column in columns) if isinstance(each, dict)
+                         else (rounded(each),))] for what, each in errors.items()]
         yield Table(title=title, columns=["of", *(columns or ["error"])], rows=rows)
 
 
 def _step_times(known: Known) -> Iterator[Part]:
     times = known.metrics.get("step_us")
     if isinstance(times, dict) and times:
-        yield Table(title="Time that a step took on this machine, µs", columns=["block", "median", "99 %"],
-                    rows=[[block, told(each["median"]), told(each["p99"])] for block, each in times.items()])
+        yield Table(title="Execution time of a step on this machine, µs", columns=["block", "median", "99 %"],
+                    rows=[[block, rounded(each["median"]), rounded(each["p99"])]
+                          for block, each in times.items()])

@@ -1,4 +1,4 @@
-"""Tracking joint by joint: what was wanted, what the hand did, and what the tracker made of it."""
+"""Section of a report on tracking by joint: reference, truth and estimate over time."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from fesloop.show.report.parts import Chart, Fold, Line, Mark, Paragraph, Part, Section
 from fesloop.show.report.run.known import Known, row_names
 from fesloop.show.report.run.thinning import FEWER_POINTS, POINTS, Course, course
-from fesloop.show.report.run.words import joint_label, told
+from fesloop.show.report.run.words import joint_label, rounded
 
 Array = NDArray[np.float64]
 _DEG = float(np.degrees(1.0))
 _MOVES_DEG = 1.0
-"""Ranges below (chosen) are none: a joint of nobody's interest, drawn in the fold."""
+"""Least range of a joint that counts as moving; others are folded (chosen)."""
 _MOST_SHOWN = 8
-"""Charts a trial outside of folds (chosen)."""
+"""Most charts per trial outside folds (chosen)."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Angles:
-    """Signals of the same joints, each empty where there is none; and what to call them."""
+    """Names of signals of the same joints, each empty if there is none, and a key for them."""
 
     reference: str
     truth: str
@@ -32,20 +32,20 @@ class _Angles:
 
 
 def tracking_section(known: Known) -> Section | None:
-    """None for a run without joint angles."""
+    """Section on tracking by joint; None for a run without joint angles."""
     scored = _Angles(known.scored("reference"), known.scored("truth"), known.scored("estimate"), "scored")
     whole = _whole_hand(known)
     every = [angles for angles in (scored, whole) if angles is not None and (angles.truth or angles.estimate)]
     parts = [part for angles in every for part in _parts(known, angles, first=angles is every[0])]
     if not parts:
         return None
-    parts.insert(0, Paragraph(text="Values stand when they were put out: an estimate is as late here as its "
-                              "samples were on the way."))
+    parts.insert(0, Paragraph(text="Values are shown at the instant at which their block put them out: "
+                              "estimates lag by the latency of their samples."))
     return Section(key="tracking", title="Tracking by joint", parts=parts)
 
 
 def _whole_hand(known: Known) -> _Angles | None:
-    """The hand's own angles with the first tracker's, unless these are scored anyway."""
+    """Angles of the hand and of the first tracker, unless they are scored anyway."""
     cast = known.cast
     if cast is None or (cast.hand is None and not cast.trackers):
         return None
@@ -58,7 +58,7 @@ def _whole_hand(known: Known) -> _Angles | None:
 
 
 def _parts(known: Known, angles: _Angles, first: bool) -> Iterator[Part]:
-    """Charts of every drawn trial, those that matter first, the others folded."""
+    """Charts of the shown trials: the most relevant first, the others folded."""
     folded: list[Part] = []
     for trial in known.trials:
         charts = _charts(known, angles, trial, POINTS if first else FEWER_POINTS)
@@ -71,7 +71,7 @@ def _parts(known: Known, angles: _Angles, first: bool) -> Iterator[Part]:
 
 
 def _charts(known: Known, angles: _Angles, trial: int, points: int) -> list[tuple[float, Chart]]:
-    """A chart a joint with how far it goes, deg: in their order where there is a reference, else by that."""
+    """Chart and range, deg, of each joint; without a reference, joints that move come first."""
     names = {"reference": angles.reference, "truth": angles.truth, "estimate": angles.estimate}
     found = {role: each for role, name in names.items()
              if name and (each := course(known.recording, name, trial, points)) is not None}
@@ -88,7 +88,7 @@ def _charts(known: Known, angles: _Angles, trial: int, points: int) -> list[tupl
 
 
 def _way_deg(found: dict[str, Course], joint: int) -> float:
-    """From the least to the greatest true value, or estimate where there is no truth."""
+    """Range of the true angle, or of the estimate if there is no truth, deg."""
     values = found.get("truth", next(iter(found.values()))).mean[:, joint]
     finite = values[np.isfinite(values)]
     return float(_DEG * np.ptp(finite)) if finite.size else 0.0
@@ -107,7 +107,7 @@ def _chart(known: Known, angles: _Angles, trial: int, found: dict[str, Course], 
 
 
 def _limits(lines: Sequence[Line]) -> tuple[float, float] | None:
-    """All of reference and truth, and of an estimate that goes astray what it is most of the time."""
+    """Limits of the axis: all of reference and truth, and the 2nd to 98th percentile of an estimate."""
     ends: list[float] = []
     for line in lines:
         finite = _reached(line)
@@ -121,17 +121,17 @@ def _limits(lines: Sequence[Line]) -> tuple[float, float] | None:
 
 
 def _reached(line: Line) -> Array:
-    """Every known value of a line, its extremes where several are drawn as one."""
+    """Finite values of a line, or its extremes if samples are merged."""
     values = line.y if line.low is None or line.high is None else np.concatenate([line.low, line.high])
     return np.asarray(values[np.isfinite(values)])
 
 
 def _cut_off(lines: Sequence[Line], limits: tuple[float, float] | None) -> str:
-    """How far an estimate goes beyond the axis, for the title; empty where all is seen."""
+    """Remark for the title on an estimate that exceeds the axis; empty otherwise."""
     if limits is None:
         return ""
     values = np.concatenate([_reached(line) for line in lines])
     low, high = float(values.min()), float(values.max())
-    beyond = [*([f"down to {told(low)}"] if low < limits[0] else []),
-              *([f"up to {told(high)}"] if high > limits[1] else [])]
+    beyond = [*([f"down to {rounded(low)}"] if low < limits[0] else []),
+              *([f"up to {rounded(high)}"] if high > limits[1] else [])]
     return f" (estimate {' and '.join(beyond)} deg, cut off)" if beyond else ""

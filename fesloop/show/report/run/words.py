@@ -1,4 +1,4 @@
-"""Numbers, joints and metrics in words."""
+"""Text of numbers, joints and metrics."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ _MANNERS = {"flexion": "flexion", "abduction": "abduction", "pronation": "pronat
             "extension": "extension"}
 
 
-def told(value: Any) -> str:
-    """A value as it stands in a table or a sentence: three digits that count; "-" for none."""
+def rounded(value: Any) -> str:
+    """Text of a value with three significant digits; "-" for none."""
     if value is None:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, (list, tuple)):
-        return ", ".join(told(item) for item in value)
+        return ", ".join(rounded(item) for item in value)
     if not isinstance(value, float):
         return str(value)
     if not math.isfinite(value):
@@ -31,12 +31,12 @@ def told(value: Any) -> str:
 
 
 def metric_label(name: str) -> str:
-    """A metric as a column or an axis calls it: "joint RMSE, deg"."""
+    """Label of a metric: "joint RMSE, deg"."""
     return with_unit(*called(name))
 
 
 def joint_label(freedom: str) -> str:
-    """A joint's freedom as a title: "F2 MCP flexion" for "F2_mcp_flexion"; other names as they are."""
+    """Title of a degree of freedom: "F2 MCP flexion" for "F2_mcp_flexion"; other names are unchanged."""
     parts = freedom.split("_")
     if len(parts) < 2 or parts[-1] not in _MANNERS:
         return freedom.replace("_", " ")
@@ -45,7 +45,7 @@ def joint_label(freedom: str) -> str:
 
 
 def listed(items: Sequence[str]) -> str:
-    """Items in a sentence: "a, b and c"."""
+    """Items joined for a sentence: "a, b and c"."""
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
 
 

@@ -62,17 +62,17 @@ def _found(shown: Shown) -> str:
     low, high = (end(cells, key=lambda cell: cell.value) for end in (min, max))
     whole = f", 95 % intervals by {low.interval}" if np.isfinite(low.high - low.low) else ""
     if len(cells) == 1 or low.value == high.value:
-        return f"{_upper(name)} is {_told(shown, low, unit)}{' everywhere' if len(cells) > 1 else ''}."
+        return f"{_upper(name)} is {_quantity(shown, low, unit)}{' everywhere' if len(cells) > 1 else ''}."
     if shown.better is None:
         first, second, words = low, high, ("lowest", "highest")
     else:
         first, second = (low, high) if shown.better == "low" else (high, low)
         words = ("best", "worst")
-    return (f"{_upper(name)} is {words[0]} at {shown.place(first.levels)}: {_told(shown, first, unit)}; "
-            f"{words[1]} at {shown.place(second.levels)}: {_told(shown, second, unit)}{whole}.")
+    return (f"{_upper(name)} is {words[0]} at {shown.place(first.levels)}: {_quantity(shown, first, unit)}; "
+            f"{words[1]} at {shown.place(second.levels)}: {_quantity(shown, second, unit)}{whole}.")
 
 
-def _told(shown: Shown, cell: Estimate, unit: str) -> str:
+def _quantity(shown: Shown, cell: Estimate, unit: str) -> str:
     """A value with its unit before the interval."""
     value, _, interval = shown.value(cell).partition(" (")
     with_unit = value if cell.statistic == "share" or not unit else f"{value} {unit}"
@@ -89,7 +89,7 @@ _SECTIONS: tuple[tuple[str, str, Build], ...] = (
     ("comparisons", "Paired comparisons", paired_section),
     ("cells", "Cells", cells_section),
     ("failures", "Failures", failures_section),
-    ("ran", "What was run", ran_section),
+    ("ran", "Experiment", ran_section),
 )
 
 

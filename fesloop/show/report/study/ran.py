@@ -33,7 +33,7 @@ def ran_section(shown: Shown) -> Section:
         f"results = load({str(results.path)!r})\n"
         "results.table()          # a numpy array a column\n"
         f'results.to_csv("{results.name}.csv")\n'))]))
-    return Section(key="ran", title="What was run", parts=parts)
+    return Section(key="ran", title="Experiment", parts=parts)
 
 
 def _counts(results: StudyResults) -> Iterator[list[str]]:
