@@ -1,4 +1,4 @@
-"""A signal of an earlier run as a block: its values leave again at the instants at which they once left."""
+"""Playback of a signal of an earlier run: its values leave at the instants at which they left then."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fesloop.streams.recording import content_hash, require_the_same
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Playback:
-    """Plays one signal of a run's recording, such as the stimulation that a patient got.
+    """Plays one signal of a run's recording, such as the stimulation that a patient received.
 
     Output `signal`, of the recorded shape and unit, one value a tick of the block's own clock, which stops
     after the last. Values carry the newest capture that they were made of. NaN, where the recorded signal

@@ -1,4 +1,4 @@
-"""An experiment: what runs, for how long, how often, and what is scored."""
+"""Specification of an experiment: nodes, wires, duration, trials, recording and score."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from fesloop.loop.wiring import Wiring
 _REFERENCES = ("reference", "reference_preview")
 _MEASURED = "measured"
 _ROUNDING = 1e-8
-"""rad; angles that were turned into degrees and back."""
+"""Tolerance, rad, of angles converted into degrees and back."""
 
 
 def row_faults(wiring: Wiring) -> list[InputError]:
-    """References that list other rows than what is measured, or another order, or leave their ranges.
+    """Faults: references whose rows differ from the measured ones in name or order, or leave their ranges.
 
     Rows are known of a node that has `rows`, names of what its output lists; ranges of one that has `ranges`
     (m, 2), rad. A reference without names is known by its `extremes` (m, 2), rad.
@@ -51,7 +51,7 @@ def row_faults(wiring: Wiring) -> list[InputError]:
 
 
 def _faults(reference: Node, measured: Node, controller: str) -> Iterator[InputError]:
-    """What is wrong with one reference of a controller."""
+    """Faults of one reference of a controller."""
     rows, names = _rows(reference), _rows(measured)
     if not names:
         return
@@ -72,7 +72,7 @@ def _faults(reference: Node, measured: Node, controller: str) -> Iterator[InputE
 
 
 def _rows(node: Node) -> tuple[str, ...]:
-    """Names of what a node's output lists; none where it does not say."""
+    """Names of the rows of a node's output; none if it has no names."""
     return tuple(getattr(node.part, "rows", ()))
 
 
@@ -98,9 +98,9 @@ def with_transport(wire: Mapping[str, Any], document: Mapping[str, Any]) -> dict
 
 _LONGEST_NAME = 100
 _MOST_TRIALS, _GREATEST_SEED = 2**31 - 1, 2**63 - 1
-"""What a recording has room for."""
+"""Greatest numbers that a recording can store."""
 MOST_TICKS = 10**10
-"""Of a run (chosen: at 2 us each, the least that a tick takes, some six hours)."""
+"""Most ticks of a run (chosen: some six hours at 2 us each, the least that a tick takes)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -162,7 +162,7 @@ class ExperimentSpecification:
         _raise_any(faults_in_place(self.wiring, self.duration_ns))
 
     def with_seed(self, seed: int) -> Self:
-        """The same experiment with another seed, at little cost: what no seed changes is not checked again.
+        """Copy the experiment with another seed; what does not depend on the seed is not checked again.
 
         It is the experiment that `load` makes with this seed. Raises InputErrors as that does.
         """
@@ -174,7 +174,7 @@ class ExperimentSpecification:
         return made
 
     def _faults_of_numbers(self) -> Iterator[InputError]:
-        """What is wrong with everything but the wiring."""
+        """Faults of everything but the wiring."""
         plain_name = self.name.replace("_", "a").replace("-", "a")
         if not plain_name.isalnum() or len(self.name) > _LONGEST_NAME:
             yield InputError("experiment.name", f"{self.name[:_LONGEST_NAME]!r}",
@@ -193,7 +193,7 @@ class ExperimentSpecification:
                              "add one: fesloop list names the kinds")
 
     def _faults_of_size(self) -> Iterator[InputError]:
-        """What would take longer than anybody waits: named by the clock that ticks most."""
+        """Faults of runs that would take too long, each at the clock with the most ticks."""
         clocks = {f"blocks.{node.name}.rate": node.clock for node in self.nodes if not node.is_plant}
         clocks |= {f"blocks.{node.name}": node.plant.grid for node in self.nodes if node.is_plant}
         clocks["record.plant_rate"] = RateClock.from_rate(self.record.plant_rate)
@@ -219,11 +219,11 @@ class ExperimentSpecification:
         return max(ends)
 
     def document(self) -> dict[str, Any]:
-        """The experiment with every parameter resolved, as plain tables: what a file of it would say."""
+        """Plain tables of the experiment with every parameter resolved, as a file would have them."""
         return copy.deepcopy(self._document())
 
     def _document(self) -> dict[str, Any]:
-        """The document, its tables those that are kept."""
+        """The document, without a copy of its cached tables."""
         about = {"name": self.name, "description": self.description,
                  "duration_s": None if self.duration_s is None else float(self.duration_s),
                  "trials": self.trials, "seed": self.seed, "notes": list(self.notes) or None}
@@ -232,7 +232,7 @@ class ExperimentSpecification:
 
     @cached_property
     def _tables(self) -> dict[str, Any]:
-        """The document without the table [experiment], made once: parameters do not change."""
+        """The document without the table [experiment], cached because parameters do not change."""
         return {
             **({"patient": plain(self.patient)} if self.patient is not None else {}),
             "record": plain(self.record),
@@ -274,7 +274,7 @@ class ExperimentSpecification:
 
 
 def _as_integer(number: Any) -> Any:
-    """An integer of numpy as Python's own; anything else as it is, for the check."""
+    """Convert an integer of NumPy into one of Python; other values are left to the check."""
     return int(number) if isinstance(number, np.integer) else number
 
 
@@ -283,7 +283,7 @@ def _is_integer(number: object) -> bool:
 
 
 def _raise_any(faults: Iterable[InputError]) -> None:
-    """Raise these faults as one, if there are any."""
+    """Raise all faults as one error, if there are any."""
     every = list(faults)
     if every:
         raise InputErrors(every)

@@ -1,4 +1,4 @@
-"""What went wrong in a run, the most important first: how every summary and every report of it begins."""
+"""Troubles of a run, the most important first, with which its summary and its report begin."""
 
 from __future__ import annotations
 
@@ -10,78 +10,78 @@ from typing import Any, Protocol
 import numpy as np
 
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
-from fesloop.experiment.metrics.missing import Rows, Stimulated, commanded_signal, stimulated
+from fesloop.experiment.metrics.stimulation import Rows, Stimulated, commanded_signal, stimulated
 from fesloop.experiment.recording.reading import Event
 
 _STATUSES = {"running": "the run is not over, or was killed", "damaged": "the file of the run is damaged",
              "failed": "the run failed", "interrupted": "the run was interrupted"}
 _WATCHDOG = "posture_"
-"""How statuses begin by which a safety block says that it takes stimulation away."""
+"""Prefix of the statuses with which a safety block removes stimulation."""
 _WITHHELD = ("stale_input", "no_posture")
-"""Others by which it says so, where trackers are aligned: before, nothing is to be stimulated anyway."""
+"""Other statuses with which it does, once trackers are aligned: before, nothing is stimulated anyway."""
 _UNHEARD = ("no_input", "stale_input")
-"""Statuses of other blocks by which nothing, or nothing new, had arrived."""
+"""Statuses of other blocks that have received nothing, or nothing new."""
 _LIMITED = ("_limited", "_too_short", "_too_small")
-"""How statuses end that say that pulses were cut."""
+"""Suffixes of statuses for limited pulses."""
 _LEARNERS = ("ilc",)
-"""Kinds of blocks that command nothing in the first trial, as they have learnt nothing yet."""
+"""Kinds of blocks that command nothing in the first trial, before they have learnt."""
 _MOST_LOST = 0.5
-"""Chosen: a trial in which safety lets through less than this of the charge is another than was commanded."""
+"""Share of the commanded charge (chosen) below which safety has changed the trial."""
 _STOPPED = ("emergency_stop", "charge_exhausted")
-"""Its statuses after which there is no stimulation for the rest of the run."""
+"""Statuses of a safety block after which there is no stimulation for the rest of the run."""
 _FAILED = ("_failed", "non_finite")
-"""How statuses end after which a run's figures are not what they seem."""
+"""Suffixes of statuses that make the metrics of a run doubtful."""
 _LACKING = ("recording_incomplete", "repeated_samples")
-"""Statuses of a replay by which samples are missing from what it plays, or repeat older ones."""
+"""Statuses of a replay whose recording lacks or repeats samples."""
 _DISAGREE = "rates_disagree"
-"""Status of a replay by which what it plays cannot be right."""
+"""Status of a replay whose recording contradicts itself."""
 _MOUNTING, _TURNING = "mounting_disagrees", "segment_calibration"
-"""Its status by which axes of sensors are not those of their segments, and the block that turns them."""
+"""Status of a replay whose sensors have other axes than their segments, and the block that corrects them."""
 _IMPLAUSIBLE = "implausible_angle"
 """Status of a tracker whose angles cannot be those of the joints."""
 _ALIGNING, _ALIGNED = "aligning", "aligned"
 _MOVES_DEG = 1.0
-"""Chosen: a reference that stays nearer than this to where the joints are asks for no motion."""
+"""Distance (chosen) from the joints below which a reference requires no motion."""
 _LEAST_ABOUT = 0.5
-"""Chosen: of the squares of a joint's turning, so much is about the axis of an angle that is its own."""
+"""Least share (chosen) of a joint's rotation, squared, about the axis of its angle."""
 _MOST_NAMED = 4
 _WORSE = 1.01
-"""Errors nearer to each other than this ratio are shown as the same number."""
+"""Ratio below which two errors are shown as the same number."""
 _ROSE = 1.1
-"""Chosen: what noise changes from trial to trial is less."""
+"""Ratio (chosen) of errors of two trials that noise does not reach."""
 
 
 class Recorded(Rows, Protocol):
-    """What is read of a recording."""
+    """The parts of a recording that troubles are found in."""
 
     @property
     def status(self) -> str:
-        """How the run ended."""
+        """Status of the run at its end."""
 
     @property
     def trials(self) -> int:
-        """How many were begun."""
+        """Number of trials that have begun."""
 
     @property
     def events(self) -> Sequence[Event]:
-        """Everything that was reported, in order of time."""
+        """All events, in order of time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """Something that went wrong: a word of `KINDS`, and half a sentence."""
+    """A trouble of a run: its kind, of `KINDS`, and half a sentence."""
 
     kind: str
     text: str
 
     @property
     def sentence(self) -> str:
-        """As a sentence."""
+        """The text as a sentence."""
         return f"{self.text[:1].upper()}{self.text[1:]}."
 
 
 KINDS = ("broken_off", "recording", "safety", "failed", "noted", "not_held", "no_better", "rose")
-"""What goes wrong, the most important first.
+"""Kinds of troubles, the most important first.
 
 broken_off: the run did not get to its end. recording: gyroscope and accelerometer of the recording that was
 played do not tell the same turn, or its sensors have other axes than their segments, or a tracker's angles
@@ -96,7 +96,7 @@ rose: the error did, over the trials, by more than a tenth, where the trials are
 
 
 def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -> list[Trouble]:
-    """What went wrong in a run, the most important first; `cause`: why it failed, where that is known."""
+    """Find the troubles of a run, the most important first; `cause` of its failure, if known."""
     found = (_broken_off(recording, cause), _recording(recording), _safety(recording, metrics),
              _failures(recording), (*_notes(recording), *_other_axis(metrics)), _not_held(metrics),
              _no_better(metrics), _rose(metrics))
@@ -105,7 +105,7 @@ def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -
 
 
 def comparable(found: Iterable[Trouble]) -> bool:
-    """Whether the trials of a run were alike, so that a change from one to another says something.
+    """Return whether the trials of a run were alike, so that their errors can be compared.
 
     Not so where stimulation was withheld in some, a part failed, or the recording played is not sound.
     """
@@ -128,7 +128,7 @@ def _broken_off(recording: Recorded, cause: str) -> Iterator[str]:
 
 
 def _recording(recording: Recorded) -> Iterator[str]:
-    """What is played and cannot be right."""
+    """Troubles of the recording that a replay plays."""
     wrong_as = (_DISAGREE,) if _of_kind(recording, _TURNING) else (_DISAGREE, _MOUNTING)
     yield from dict.fromkeys(f"the recording played by `{event.where}` is wrong: {event.detail}"
                              for event in recording.events if event.status in wrong_as)
@@ -175,13 +175,13 @@ def _from_ns(aligned: Mapping[int, float], trial: int) -> int:
 
 
 def _idle(trials: Sequence[Stimulated | None], trial: int) -> bool:
-    """Whether a block was given nothing in a trial that it could take away."""
+    """Return whether a safety block received no stimulation in a trial."""
     found = trials[trial] if trial < len(trials) else None
-    return found is not None and found.asked == 0.0 and found.passed == 0.0
+    return found is not None and found.commanded == 0.0 and found.passed == 0.0
 
 
 def _took_away(event: Event, aligned: Mapping[int, float]) -> bool:
-    """Whether a safety block's event takes stimulation away that an aligned tracker allows."""
+    """Return whether a safety block's event removes stimulation that an aligned tracker allows."""
     until = aligned.get(event.trial)
     if event.status == f"{_WATCHDOG}frozen":
         return until is None or event.time_ns > until
@@ -200,23 +200,24 @@ def _without_pulse(recording: Recorded, metrics: Mapping[str, Any], told: Sequen
     for trial, found in enumerate(trials):
         if found is None or found.given > 0.0 or recording.status != "done":
             continue
-        if learns and trial == 0 and found.asked == 0.0:
+        if learns and trial == 0 and found.commanded == 0.0:
             continue
         moves = isinstance(still, list) and trial < len(still) and _finite(still[trial]) \
             and still[trial] > _MOVES_DEG
         kept_off = any(event.trial == trial and event.status in _WITHHELD and event.time_ns > 0
                        for event in told)
-        if found.asked > 0.0 or moves or kept_off:
+        if found.commanded > 0.0 or moves or kept_off:
             yield trial
 
 
 def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int],
               found: Mapping[str, Sequence[Stimulated | None]]) -> str:
-    """That no channel gave a pulse, when, and why: what safety said last, else any other block.
+    """Text for trials without a pulse, with the reason: the last status of safety, else of another block.
 
     Where no pulse came into the safety block, that is why, whatever the block said.
     """
-    silent = [source for block in found if (each := found[block][trials[0]]) is not None and each.asked == 0.0
+    silent = [source for block in found
+              if (each := found[block][trials[0]]) is not None and each.commanded == 0.0
               and (source := commanded_signal(recording, block)) in recording.signals]
     inside = [event for event in recording.events if event.trial == trials[0]]
     kept_off = [event for event in inside if event.where in blocks
@@ -240,14 +241,14 @@ def _mostly_cut(recording: Recorded, told: Sequence[Event],
     """Trials in which safety lets through less than half of the charge that is commanded."""
     for block, each in trials.items():
         cut = [(trial, found) for trial, found in enumerate(each) if found is not None
-               and trial not in without and found.passed < _MOST_LOST * found.asked]
+               and trial not in without and found.passed < _MOST_LOST * found.commanded]
         if cut:
             trial, found = cut[-1]
             why = next((f": {event.status}{_when(recording, event)}" for event in told
                         if event.where == block and event.status.endswith(_LIMITED)), "")
             which = f" in trial {trial}" if recording.trials > 1 else ""
-            yield (f"{block} let through {100.0 * found.passed / found.asked:.2g} % of the charge that was "
-                   f"commanded{which}{why}")
+            share = 100.0 * found.passed / found.commanded
+            yield f"{block} let through {share:.2g} % of the charge that was commanded{which}{why}"
 
 
 def _failures(recording: Recorded) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""pydantic's findings as the one-line faults of fesloop: key path, what was found, what is allowed."""
+"""One-line faults from the errors of pydantic: key path, value found, values allowed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NOTHING = object()
 
 
 def faults_of(errors: Iterable[Any], document: Any, keys_at: Any, tagged: bool) -> list[InputError]:
-    """One fault a key, in the order of the document.
+    """Faults of a document, one per key, in its order.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def faults_of(errors: Iterable[Any], document: Any, keys_at: Any, tagged: bool) 
 
 
 def key_path(path: Sequence[Any]) -> str:
-    """A path as it is written: blocks.pid.gain, score.joints[2]."""
+    """Text of a path: blocks.pid.gain, score.joints[2]."""
     text = ""
     for key in path:
         text += f"[{key}]" if isinstance(key, int) else f".{toml_key(key)}" if text else toml_key(key)
@@ -51,7 +51,7 @@ def key_path(path: Sequence[Any]) -> str:
 
 
 def wire_place(number: int, wires: Sequence[Any]) -> str:
-    """The key path of a wire: by its ends, as in --set; by its number where they are missing or not unique.
+    """Key path of a wire by its ends, as in --set, or by its number if they are missing or not unique.
 
     Wires of a file that extends others are numbered together, which nobody can count in one of the files.
     """
@@ -92,7 +92,7 @@ def _below(here: Any, key: Any) -> Any:
 
 
 def _fault(path: tuple[Any, ...], group: list[Any], document: Any, keys_at: Any) -> InputError:
-    """The fault that several findings about one key amount to."""
+    """One fault from all errors about one key."""
     where = _where(path, document)
     kind = group[0]["type"]
     if kind == _MISSING:

@@ -1,4 +1,4 @@
-"""From the annotations of a parameter dataclass to a strict check of plain tables, and back.
+"""Strict check of plain tables against the annotations of parameter dataclasses, and objects made of them.
 
 A table is checked by pydantic (strict, no extra keys) against a typed dict made from the dataclass, so the
 dataclass stays the one place where a parameter is declared. `build` makes the object from a checked
@@ -45,7 +45,7 @@ _LITERAL, _FILE = "matrices", "file"
 
 
 class FileBacked(Protocol):
-    """A class of parameters that may be kept in a file of their own.
+    """A class of parameters that can be read from a file of their own.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ def _key(field: Field[Any], annotation: Any) -> Any:
 
 
 def checked(annotation: Any, kinds: Kinds) -> Any:
-    """The annotation of the plain value that stands in a file for one of `annotation`."""
+    """Annotation of the plain value in a file from which a value of `annotation` is made."""
     if _is_file_backed(annotation):
         return _file_backed(annotation, kinds)
     if is_dataclass(annotation) and isinstance(annotation, type):
@@ -149,7 +149,7 @@ def _model_tag(value: Any) -> Any:
 
 
 def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
-    """The object that a checked plain value stands for.
+    """Make an object from a checked plain value.
 
     Raises InputError, its place led by `where`, for what the object itself refuses, for matrices with rows of
     unequal length, and for numbers with which what the object derives from them leaves the range of floats.
@@ -178,7 +178,7 @@ def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
 
 
 def _member(args: tuple[Any, ...], value: Any) -> Any:
-    """The member of a union that a plain value belongs to."""
+    """Member of a union that a plain value belongs to."""
     for arg in args:
         origin = get_origin(arg) or arg
         holds = {dict: is_dataclass(arg) or origin is dict, list: origin in (tuple, list, np.ndarray),
@@ -190,7 +190,7 @@ def _member(args: tuple[Any, ...], value: Any) -> Any:
 
 
 def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) -> Any:
-    """The object of a dataclass from its checked table."""
+    """Make the object of a dataclass from its checked table."""
     hints = hints_of(cls)
     given = {key: build(hints[key], value, kinds, f"{where}.{key}") for key, value in values.items()}
     try:
@@ -206,7 +206,7 @@ def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) ->
 
 
 def _place(inner: str, where: str, names: Mapping[str, Any], own: str) -> str:
-    """A parameter that an object names, led by where the object stands; its own name for itself goes.
+    """Path of a parameter that an object names, after the path of the object without its own name.
 
     A parameter may have the object's `own` name, as that of a hand's measures has.
     """
@@ -220,7 +220,7 @@ def _place(inner: str, where: str, names: Mapping[str, Any], own: str) -> str:
 
 
 def plain(value: Any, declared: Any = Any) -> Any:
-    """What stands in a file for a parameter object: tables, lists, numbers, text. None is left out.
+    """Plain value in a file for a parameter object: tables, lists, numbers, text. None is left out.
 
     An int where a float is `declared` is that float, so that both spellings are one experiment.
     """
@@ -252,7 +252,7 @@ def _items(declared: Any, size: int) -> Sequence[Any]:
 
 
 def keys_at(annotation: Any, path: Sequence[Any], document: Any) -> list[str]:
-    """The keys that are valid at a path of a document of the given form."""
+    """Valid keys at a path of a document of the given form."""
     for key in path:
         annotation = _below(_bare(annotation, document), key)
         document = document[key]
@@ -276,7 +276,7 @@ def _bare(annotation: Any, document: Any) -> Any:
 
 
 def _below(annotation: Any, key: Any) -> Any:
-    """The annotation of what stands under a key."""
+    """Annotation of the value under a key."""
     if is_typeddict(annotation):
         return annotation.__annotations__.get(key)
     args = get_args(annotation)

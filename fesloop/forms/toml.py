@@ -1,4 +1,4 @@
-"""TOML as fesloop reads it: bounded nesting, whole numbers that a float holds, dates and times as text."""
+"""TOML with bounded nesting, whole numbers in the range of floats, and dates and times as text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TOO_DEEP = f"it is nested too deeply, beyond {DEEPEST} levels"
 
 
 class TomlError(ValueError):
-    """A text is no TOML; why, in one line."""
+    """Error for a text that is not TOML, with the reason in one line."""
 
 
 class TooLargeError(TomlError):
@@ -38,16 +38,16 @@ def tables_of(text: str) -> dict[str, Any]:
 
 
 def plain_tables(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """A copy of tables that holds nothing but tables, lists, texts, numbers and booleans.
+    """Copy tables into tables, lists, texts, numbers and booleans.
 
-    Raises TomlError as `tables_of` does, and for a value that TOML has no form for.
+    Raises TomlError as `tables_of` does, and for a value that has no form in TOML.
     """
     settled: dict[str, Any] = _settled(tables, "", 0)
     return settled
 
 
 def _settled(value: Any, path: str, depth: int) -> Any:
-    """A value with dates and times as the text that they were: no key takes one.
+    """Copy a value, with dates and times as text, because no key takes them.
 
     Raises TomlError, naming the key.
     """
@@ -75,7 +75,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def toml_text(tables: Mapping[str, Any]) -> str:
-    """Text of a TOML file. Values are text, truth, numbers, lists of such, and tables; None has no place.
+    """Text of a TOML file. Values are text, booleans, numbers, lists and tables; None is invalid.
 
     Lists of tables are arrays of tables at the top ("[[wires]]") and inline below.
     """
@@ -100,7 +100,7 @@ def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
 
 
 def _stands_below(value: Any, path: tuple[str, ...]) -> bool:
-    """Whether a value has a heading of its own."""
+    """Return whether a value has a heading of its own."""
     return isinstance(value, Mapping) or (not path and _lists_tables(value))
 
 
@@ -109,7 +109,7 @@ def _lists_tables(value: Any) -> bool:
 
 
 def _own(value: Any) -> str:
-    """A value behind its key, tables of a list a line each."""
+    """A key and its value; tables of a list have a line each."""
     if not _lists_tables(value):
         return toml_value(value)
     return "".join(["[\n", *(f"    {toml_value(row)},\n" for row in value), "]"])

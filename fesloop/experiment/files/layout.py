@@ -1,4 +1,4 @@
-"""The form of an experiment file: which tables it has and which keys they take."""
+"""The form of experiment files: their tables, and the keys of each table."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Job = Literal["closed_loop", "array_search", "hardware", "trackers"]
 Need = Literal["extra lsl", "extra myohand", "extra search", "extra stimulator", "a recording", "a run",
                "an error process", "a live stream", "real time", "a C compiler"]
 RUN = "RUN.h5"
-"""Stands for the recording of the run in commands to try next."""
+"""Placeholder for the recording of the run in commands to try next."""
 PLAYED = "RECORDING"
-"""Stands for the recording that the run played."""
+"""Placeholder for the recording that the run played."""
 _OF_PLAYED = ("layout", "sensor_set", "pairs", "twin", "trial", "command", "posture", "signal")
-"""Settings, short or the end of a key, without which that recording may not be read, or not fit."""
+"""Settings, aliases or last parts of keys, that reading the played recording may need."""
 _FITS_ERROR = "fesloop fit-error "
 _PATIENT = ("patient", "plant")
-"""Settings that say whose model is identified."""
+"""Settings that choose the patient whose model is identified."""
 _TAKES_MODEL = "--set model="
 
 
@@ -60,7 +60,7 @@ class Guide:
             raise InputError("takes_s", f"{self.takes_s:g}", "seconds above 0")
 
     def next_commands(self, recording: str, settings: Sequence[str] = (), scored: bool = True) -> list[str]:
-        """Commands to try next, each as it can be typed, with the recording of the run in them.
+        """Commands to try next, ready to be typed, with the recording of the run.
 
         One that takes a model of the run's patient goes on with that patient: with those of the run's
         `settings`, "KEY=VALUE" each, that choose it. One that plays the run's own source goes on with that
@@ -92,7 +92,7 @@ def _parts(setting: str) -> tuple[str, str, str]:
 
 
 def guide_of(document: Mapping[str, Any]) -> Guide | None:
-    """What a sound document says to people; None if it says nothing."""
+    """The table [guide] of a valid document; None if there is none."""
     if "guide" not in document:
         return None
     guide: Guide = make(Guide, document["guide"], {}, "guide")

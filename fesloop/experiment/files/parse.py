@@ -1,4 +1,4 @@
-"""From an experiment file to an experiment, every fault of it named at once."""
+"""Experiments made from experiment files, with every fault of a file reported at once."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from fesloop.loop.nodes import Node
 from fesloop.loop.wire import TRANSPORT, Wire
 
 _FORMS = 32
-"""Forms kept, the last used: 1.2 MB each, and cells of a study rarely differ in more sets of kinds."""
+"""Forms that are cached: 1.2 MB each, and cells of a study rarely differ in more sets of kinds."""
 
 
 def kinds_in(document: Any) -> dict[str, type[Any]]:
-    """Classes of the kinds that a document names, wherever it does."""
+    """Classes of all kinds that a document names."""
     named: set[str] = set()
     pending = [document.get("blocks")]
     while pending:
@@ -51,7 +51,7 @@ def kinds_in(document: Any) -> dict[str, type[Any]]:
 
 
 def check(document: dict[str, Any], kinds: Kinds, faults: list[InputError]) -> None:
-    """Raise InputErrors naming everything that is not of the declared form, and the `faults` known before."""
+    """Raise InputErrors for everything that is not of the declared form, after the `faults` known before."""
     raise_all(faults + faults_of_form(document, kinds))
 
 
@@ -78,13 +78,13 @@ def _faults_of_values(document: Any, kinds: Kinds) -> list[InputError]:
 
 @lru_cache(maxsize=_FORMS)
 def _form(kinds: tuple[tuple[str, type[Any]], ...]) -> tuple[Any, TypeAdapter[Any]]:
-    """Typed dict of a file whose blocks are of these kinds, and what holds tables against it."""
+    """Typed dict of a file whose blocks are of these kinds, and its validator."""
     table = experiment_table(dict(kinds))
     return table, TypeAdapter(table)
 
 
 def _with_alias(fault: InputError, document: dict[str, Any]) -> InputError:
-    """The fault of a missing key, with the alias by which the command line can give it."""
+    """Add to the fault of a missing key the alias by which the command line can set it."""
     aliases = document.get("aliases")
     if fault.found == "is missing" and isinstance(aliases, dict):
         for alias, paths in aliases.items():
@@ -116,7 +116,7 @@ def _unknown_kind(name: str, table: dict[str, Any]) -> InputError:
 
 
 def raise_all(faults: Sequence[InputError]) -> None:
-    """Raise these faults, if there are any, as one error."""
+    """Raise all faults as one error, if there are any."""
     if faults:
         raise InputErrors(list(faults)) if len(faults) > 1 else faults[0]
 
@@ -136,7 +136,7 @@ def document_of(path: Path) -> dict[str, Any]:
 
 
 def _durations_ns(recording: Recording, block: str, trial: int) -> list[int]:
-    """How long each step that a block executed took."""
+    """Duration of each executed step of a block, ns."""
     signal = next((name for name in recording.signals if name.startswith(f"{block}.")), None)
     if signal is None:
         raise InputError(str(recording.path), f"measured times of {block!r}, which puts nothing out",
@@ -150,7 +150,7 @@ _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
 
 def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None = None) -> Experiment:
-    """The experiment of a file, a shipped one by its name, or that of a recording, to repeat it.
+    """Load a shipped experiment by its name, one from a file, or that of a recording to repeat it.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None 
 
 def load_picked(experiment: str | Path, settings: Sequence[str] = (),
                 seed: int | None = None) -> tuple[Experiment, Picked]:
-    """As `load`, and the file with its variants settled."""
+    """Load an experiment; also return its file with the options of variants applied."""
     if isinstance(settings, str):
         raise InputError("settings", f"{settings!r} is one text", f"a list, such as [{settings!r}]")
     name, document = read(experiment)
@@ -180,7 +180,7 @@ def load_picked(experiment: str | Path, settings: Sequence[str] = (),
 
 
 def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
-    """Name for messages, and the raw tables of an experiment, those that it extends under them."""
+    """Read an experiment: its name for messages, and its tables over those that it extends."""
     text = str(experiment)
     if text.endswith(".h5"):
         return text, document_of(Path(text))
@@ -189,7 +189,7 @@ def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
 
 @one_blas_thread()
 def from_document(document: Mapping[str, Any], name: str = "experiment") -> Experiment:
-    """The experiment that plain tables describe, such as those of a file or of a recording.
+    """Make the experiment that plain tables describe, such as those of a file or of a recording.
 
     Variants are at their defaults.
     """
@@ -205,7 +205,7 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
 
 
 def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
-    """The tables with what the patient and files of models add to them; raises InputErrors.
+    """Add the parameters of the patient and of model files to the tables; raises InputErrors.
 
     Nothing is read out of tables before they are of the declared form, but for parameters that are missing: a
     patient or a model may add those.
@@ -229,13 +229,13 @@ def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
 
 
 def _may_be_added(fault: InputError) -> bool:
-    """Whether a fault is that of a parameter that a block lacks; none is added to an item of a list."""
+    """Return whether a fault is a missing parameter of a block, which a patient or model may add."""
     return (fault.found == "is missing" and fault.where.startswith("blocks.") and "[" not in fault.where
             and not fault.where.endswith(".kind"))
 
 
 def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
-    """Make every object, gathering what each of them refuses."""
+    """Make every object, and gather the faults of all."""
     faults: list[InputError] = []
 
     def made(create: Any, *given: Any) -> Any:
@@ -269,7 +269,7 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
 
 
 def _followed(name: str, blocks: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """A block, the one whose clock it follows, the one whose clock that follows, and so on.
+    """Chain of clocks: a block, the one whose clock it follows, the one that this one follows, and so on.
 
     None of a block that ends in a circle; the first block of the file that is in it raises InputError.
     """
@@ -289,7 +289,7 @@ def _followed(name: str, blocks: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def _node(name: str, table: dict[str, Any], kinds: Kinds, nodes: Mapping[str, Node | None]) -> Node:
-    """A block or plant in its place; `nodes` are those whose clock it may follow."""
+    """Make the node of a block or plant; `nodes` are those whose clock it may follow."""
     where = f"blocks.{name}"
     parameters = {key: value for key, value in table.items() if key not in _PLACE}
     part = make(kinds[table["kind"]], parameters, kinds, where)
@@ -305,7 +305,7 @@ def _node(name: str, table: dict[str, Any], kinds: Kinds, nodes: Mapping[str, No
 
 
 def _followed_clock(where: str, table: dict[str, Any], nodes: Mapping[str, Node | None]) -> Clock | None:
-    """The clock of the node that a block says it ticks with."""
+    """Clock of the node whose clock a block follows."""
     if "rate" in table:
         raise InputError(where, "stands beside a rate", "one of clock and rate", "remove one of the two")
     sampled = [name for name, node in nodes.items() if node is not None and not node.is_plant]
@@ -317,7 +317,7 @@ def _followed_clock(where: str, table: dict[str, Any], nodes: Mapping[str, Node 
 
 
 def _can_be_wired(table: dict[str, Any], nodes: Mapping[str, Node | None]) -> bool:
-    """Whether an optional wire stays: its ports are there, or the input cannot do without it."""
+    """Return whether to keep an optional wire: its ports exist, or the input requires it."""
     ports = []
     for end, side in ((table["from"], "outputs"), (table["to"], "inputs")):
         name, _, wanted = end.partition(".")
@@ -330,7 +330,7 @@ def _can_be_wired(table: dict[str, Any], nodes: Mapping[str, Node | None]) -> bo
 
 
 def _wire(where: str, table: dict[str, Any], kinds: Kinds, links: Mapping[str, Any]) -> Wire:
-    """A wire, with the transport of its link if it names one; `where` leads every fault."""
+    """Make a wire, with the transport of its link if it names one; `where` leads every fault."""
     link = table.get("link")
     if link is not None:
         if link not in links:

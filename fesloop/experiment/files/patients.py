@@ -1,4 +1,4 @@
-"""`[patient]`: whose hand, forearm and muscles the blocks of an experiment are.
+"""The table [patient]: parameters of a patient for the blocks of an experiment, and models made for them.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ the patient that came of it, as a recording keeps it, in place of the file."""
 
 
 def drawn_patient(choice: Mapping[str, Any]) -> Patient:
-    """The patient of a table [patient]. Raises InputError, InputErrors."""
+    """Make the patient of a table [patient]. Raises InputError, InputErrors."""
     if "drawn" in choice:
         return registry.patient_reader().from_table(choice["drawn"], "patient.drawn")
     if "cohort" in choice and "member" not in choice:
@@ -50,7 +50,7 @@ def drawn_patient(choice: Mapping[str, Any]) -> Patient:
 
 def patient_of(document: Mapping[str, Any], faults: Sequence[InputError]
                ) -> tuple[Patient | None, list[InputError]]:
-    """A document's patient, None without one, and what is wrong with the patient.
+    """Patient of a document, None without one, and the faults of the patient.
 
     `faults` are those of the document's form: a table [patient] that is among them makes no patient.
     """
@@ -65,7 +65,7 @@ def patient_of(document: Mapping[str, Any], faults: Sequence[InputError]
 
 
 def with_patient(document: Mapping[str, Any], patient: Patient, kinds: Kinds) -> dict[str, Any]:
-    """A document with its patient's parameters under its blocks. What it says of a block itself wins.
+    """Add the patient's parameters to the blocks of a document, which overrides them.
 
     Its form must be the declared one, but for parameters that are missing. Raises InputError for a patient of
     whom no block is told, and whom no model is held against: results would be said to be theirs.
@@ -81,7 +81,7 @@ def with_patient(document: Mapping[str, Any], patient: Patient, kinds: Kinds) ->
 
 
 def _of_a_file(blocks: Mapping[str, Any]) -> bool:
-    """Whether a controller has a model file, which says whose it is and is held against the patient."""
+    """Return whether a controller has a model file, whose patient is compared with the document."""
     models = [table.get("model") for table in blocks.values()]
     return any(isinstance(model, dict) and "file" in model for model in models)
 
@@ -92,7 +92,7 @@ def _of_patient(fault: InputError) -> InputError:
 
 
 def _parameters(table: Mapping[str, Any], patient: Patient, kinds: Kinds) -> dict[str, Any]:
-    """What the patient adds to a block's table."""
+    """Parameters that the patient adds to a block's table."""
     kind = table["kind"]
     added = dict(patient.parameters(kind, table))
     if hints_of(kinds[kind]).get("hand") is HandSize:
@@ -101,7 +101,7 @@ def _parameters(table: Mapping[str, Any], patient: Patient, kinds: Kinds) -> dic
 
 
 def _merged(added: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
-    """Both tables in one, those below them likewise; what is their `own` wins."""
+    """Merge two tables at every depth; `own` overrides."""
     merged = copy.deepcopy(own)
     for key, value in added.items():
         if key not in own:
@@ -143,7 +143,7 @@ def describe(choice: Mapping[str, Any]) -> str:
 
 
 def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool = True) -> dict[str, Any]:
-    """The document with the models of files in place of their names.
+    """Replace the names of model files in a document by the models.
 
     A block that does not say `current_ma` gets the file's. The document's form must be the declared one, but
     for parameters that are missing. Models are held against the patient only where it is known. Raises
@@ -165,13 +165,13 @@ def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool =
 
 
 def _noted(about: dict[str, Any], notes: list[str]) -> dict[str, Any]:
-    """The table [experiment] with more notes; nothing where there are none."""
+    """The table [experiment] with more notes, if there are any."""
     return {"experiment": {**about, "notes": [*about.get("notes", []), *notes]}} if notes else {}
 
 
 def _with_model(where: str, table: Mapping[str, Any], document: dict[str, Any], kinds: Kinds,
                 notes: list[str], patient_known: bool) -> dict[str, Any]:
-    """A block's table with the models of its files; what is to be known of them is added to `notes`."""
+    """Replace model files in a block's table by the models; cautions about them are added to `notes`."""
     made = dict(table)
     for key, hint in hints_of(kinds[table["kind"]]).items():
         value = table.get(key)
@@ -194,7 +194,7 @@ def _is_file(value: Any) -> TypeGuard[dict[str, Any]]:
 
 def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
            document: Mapping[str, Any], notes: list[str], patient_known: bool) -> dict[str, Any]:
-    """The plain table of a file's model; the block's `current_ma` is added to `table` if it has none."""
+    """Plain table of the model in a file; its `current_ma` is added to `table` if that has none."""
     try:
         model = load_patient_model(Path(value["file"]))
         wanted = _wanted(table, document, model)
@@ -216,7 +216,7 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
 
 
 def _wanted(table: Mapping[str, Any], document: Mapping[str, Any], model: PatientModel) -> dict[str, Any]:
-    """What the experiment says of all that a model is made for, as far as it does."""
+    """Properties of the experiment that a model is made for, as far as they are given."""
     choice, blocks = document.get("patient"), document["blocks"]
     wanted: dict[str, Any] = {
         "patient": describe({key: item for key, item in choice.items() if key != "day"}) if choice else ""}

@@ -1,4 +1,4 @@
-"""How fast a tracker finds a recorded motion from nothing: its error against the time since it began.
+"""Convergence of a tracker on a recorded motion: its error against the time since it began.
 
 A tracker is begun anew at many instants of one recording. What comes out is the spread, over all beginnings,
 of the error of each relative orientation at each time since then.
@@ -57,7 +57,7 @@ def convergence(
     path: str, tracker: Any, starts_s: Sequence[float], duration_s: float = 15.0, step_s: float = 0.5,
     sensor_set: str | None = None,
 ) -> Convergence:
-    """Begin a tracker anew at each of `starts_s` and follow it for `duration_s`, in intervals of `step_s`.
+    """Start a tracker at each of `starts_s` and measure it for `duration_s`, in intervals of `step_s`.
 
     Parameters
     ----------

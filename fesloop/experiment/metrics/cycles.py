@@ -1,4 +1,4 @@
-"""How a contraction that comes again and again fades."""
+"""Decline of a contraction that repeats."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class CycleScore:
             muscle(self.muscle)
 
     def faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> Iterator[InputError]:
-        """A signal that does not exist; `shapes` are those of all outputs."""
+        """Faults: a signal that does not exist; `shapes` are those of all outputs."""
         if self.signal not in shapes:
             yield InputError("score.cycles.signal", f"there is no signal {self.signal!r}",
                              ", ".join(sorted(shapes)))
@@ -50,7 +50,7 @@ class CycleScore:
 
 
 def cycle_metrics(recording: Recording, score: CycleScore) -> dict[str, Any]:
-    """`decline_pct`, one a trial: what the last cycle's peak lacks of the first's, in per cent of it."""
+    """`decline_pct` of each trial: decline from the first cycle's peak to the last's, per cent."""
     declines = []
     for trial in range(recording.trials):
         peaks = cycle_peaks(recording.signal(score.signal, trial), score)

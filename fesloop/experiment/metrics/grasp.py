@@ -1,4 +1,4 @@
-"""Metrics of a grasp, what a clinician reads first, from a recording."""
+"""Metrics of a grasp, from a recording."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ from fesloop.experiment.metrics.grasp_outcome import (
     needed_grip_n,
 )
 from fesloop.experiment.metrics.joints import held
-from fesloop.experiment.metrics.missing import given_signal, note, put
+from fesloop.experiment.metrics.missing import note, put
+from fesloop.experiment.metrics.stimulation import given_signal
 from fesloop.experiment.recording.reading import Recording, Signal, reached_ns
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
@@ -53,7 +54,7 @@ def charge_c(times_s: Array, pulses: Array, frequency_hz: float) -> float:
 
 
 def fitness_ratio(activation: Array, before: Array, after: Array) -> float:
-    """Fitness `after` over that `before` (29,), of the muscles that close the hand.
+    """Ratio of the fitness `after` to that `before` (29,), of the muscles that close the hand.
 
     Each counts by its activation (29,), the mean of a hold. NaN where none is active.
     """
@@ -63,7 +64,7 @@ def fitness_ratio(activation: Array, before: Array, after: Array) -> float:
 
 
 def grasps_until_fatigue(margin: float, ratio: float) -> float:
-    """How many grasps hold, one after the other under unchanged stimulation.
+    """Number of grasps that hold, one after the other, under unchanged stimulation.
 
     Grip force over the force needed is `margin` in the first, and `ratio` times that of the one before in
     each that follows; a grasp holds while it is 1 or more: 1 + floor(ln margin / -ln ratio). 0 where the
@@ -94,7 +95,7 @@ def aperture(fingertips: Array, opposed: Sequence[str]) -> Array:
 
 
 def rms_known(errors: Array) -> float:
-    """Root mean square of those that are finite; NaN where none is."""
+    """Root mean square of the finite values; NaN if there are none."""
     known = errors[np.isfinite(errors)]
     return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
 
@@ -119,7 +120,7 @@ HAND = 1
 
 
 class _Trial(NamedTuple):
-    """A trial of a recording, the score that it is read for, and what became of the object."""
+    """A trial of a recording, its score, and the outcome of the object."""
 
     recording: Recording
     score: GraspScore
@@ -145,7 +146,7 @@ class _Trial(NamedTuple):
 
 
 def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
-    """What the score's signals allow, in lists of one a trial.
+    """Metrics of a grasp that the score's signals allow, in lists of one value per trial.
 
     object_outcome: what became of the object, a word of `fesloop.experiment.metrics.grasp_outcome.OUTCOMES`.
     held: whether that is "held". object_moved_mm: how far at most it moved in the hand during the hold, as
@@ -180,7 +181,7 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
 
 
 def _of_trial(trial: _Trial) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
-    """Path and value of every metric of a trial, and why it is not known where it is not."""
+    """Path and value of every metric of a trial, and the reason if it is missing."""
     for name, value in {**_object(trial), **_forces(trial), **_posture(trial), **_effort(trial)}.items():
         for path, item in (((name, part), each) for part, each in value.items()) \
                 if isinstance(value, dict) else [((name,), value)]:
@@ -189,7 +190,7 @@ def _of_trial(trial: _Trial) -> Iterator[tuple[tuple[str, ...], Any, str | None]
 
 
 def _why(trial: _Trial, path: tuple[str, ...]) -> str:
-    """Why a metric of a trial is not known."""
+    """Reason for which a metric of a trial is missing."""
     score, name = trial.score, ".".join(path)
     touch = (f"thumb and fingers never pressed together by more than {score.contact_n:g} N for "
              f"{LASTING_S:g} s" if score.forces else "contact forces are not scored")
@@ -218,7 +219,7 @@ def _why(trial: _Trial, path: tuple[str, ...]) -> str:
 
 
 def _why_no_count(trial: _Trial) -> str:
-    """Why the number of grasps until fatigue is none."""
+    """Reason for which the number of grasps until fatigue is missing."""
     margin = _margin(trial)
     if math.isnan(margin):
         return "the least grip force is not known: set needed_n"
@@ -232,7 +233,7 @@ def _why_no_count(trial: _Trial) -> str:
 
 
 def _between(signal: Signal, from_s: float, until_s: float) -> Array:
-    """Values (n, ...) of a stretch; one row of NaN where the trial ended before it was over."""
+    """Values (n, ...) of an interval; one row of NaN if the trial ended before it."""
     seconds = signal.times_ns / NS_PER_S
     inside = (seconds >= from_s) & (seconds <= until_s)
     if reached_ns(signal.times_ns) >= round(until_s * NS_PER_S) and inside.any():
@@ -241,7 +242,7 @@ def _between(signal: Signal, from_s: float, until_s: float) -> Array:
 
 
 def _object(trial: _Trial) -> dict[str, Any]:
-    """What became of the object."""
+    """Metrics of the outcome of the object."""
     found = trial.found
     if found.word == "incomplete":
         return {"object_outcome": found.word, "held": None, "object_moved_mm": math.nan, "held_s": math.nan}
@@ -250,7 +251,7 @@ def _object(trial: _Trial) -> dict[str, Any]:
 
 
 def _found(trial: _Trial) -> Found:
-    """What became of the object: a trial that ended before the hold was over does not say."""
+    """Outcome of the object; `incomplete` if the trial ended before the hold."""
     score = trial.score
     if np.isnan(trial.hold(score.object)).any():
         return Found("incomplete", math.nan, math.nan)
@@ -285,12 +286,12 @@ def _course(trial: _Trial) -> ObjectCourse:
 
 
 def _known(table: Any, keys: frozenset[str]) -> dict[str, Any] | None:
-    """A table of a node if it is written as the hand's are; another package's plant may have its own."""
+    """A node's table if it has the keys of the hand's; the plant of another package may have others."""
     return table if isinstance(table, dict) and keys <= set(table) else None
 
 
 def _contact_s(trial: _Trial) -> float:
-    """When the hand grips; NaN where it does not, or forces are not told."""
+    """Instant at which the hand grips; NaN if it does not, or forces are not recorded."""
     score = trial.score
     if score.forces is None:
         return math.nan
@@ -302,20 +303,20 @@ def _contact_s(trial: _Trial) -> float:
 
 
 def _needed_n(trial: _Trial) -> float:
-    """Least grip force that holds the object; NaN where nobody tells it."""
+    """Least grip force that holds the object; NaN if it is unknown."""
     if trial.score.needed_n is not None:
         return trial.score.needed_n
     return needed_grip_n(trial.recording.experiment["blocks"].get(trial.score.object.partition(".")[0], {}))
 
 
 def _margin(trial: _Trial) -> float:
-    """Grip force of the hold over what is needed; NaN where that is not known."""
+    """Ratio of the grip force of the hold to the least one; NaN if that is unknown."""
     assert trial.score.forces is not None
     return float(grip_force(trial.hold(trial.score.forces)).mean()) / _needed_n(trial)
 
 
 def _forces(trial: _Trial) -> dict[str, Any]:
-    """What the contact forces tell."""
+    """Metrics of contact forces."""
     score = trial.score
     if score.forces is None:
         return {}
@@ -336,7 +337,7 @@ def _forces(trial: _Trial) -> dict[str, Any]:
 
 
 def _posture(trial: _Trial) -> dict[str, Any]:
-    """What angles and fingertips tell."""
+    """Metrics of angles and fingertips."""
     score = trial.score
     told: dict[str, Any] = {}
     if score.fingertips is not None:
@@ -371,7 +372,7 @@ def _apertures_mm(trial: _Trial, name: str) -> dict[str, float]:
 
 
 def _effort(trial: _Trial) -> dict[str, Any]:
-    """Charge and fatigue."""
+    """Metrics of charge and fatigue."""
     score = trial.score
     told: dict[str, Any] = {}
     if score.pulses is not None:
@@ -391,7 +392,7 @@ def _effort(trial: _Trial) -> dict[str, Any]:
 
 
 def _known_margin(trial: _Trial) -> float:
-    """Grip margin by which to tell when grasps fail.
+    """Grip margin from which the failure of grasps is predicted.
 
     NaN where the object is held by less than is needed: fingertips do not carry it alone then, and what the
     palm and the other phalanges carry is not measured.

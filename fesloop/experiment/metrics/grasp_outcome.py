@@ -1,4 +1,4 @@
-"""What became of an object that a hand is to grasp: one word a trial, from the recording alone."""
+"""Outcome of the object of a grasp, a word per trial, from the recording alone."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fesloop.loop.clock import NS_PER_S, duration_ns
 
 Array = NDArray[np.float64]
 LASTING_S = 0.1
-"""Contact counts that stays for so long (chosen: a touch in passing is shorter)."""
+"""Duration, s, from which contact counts (chosen: a passing touch is shorter)."""
 
 
 def grip_force(forces: Array) -> Array:
@@ -46,7 +46,7 @@ def contact_s(times_s: Array, forces: Array, starts_s: float, contact_n: float, 
 
 
 def first_lasting(times_s: Array, flags: NDArray[np.bool_]) -> int | None:
-    """Number of the first row (of n) from which on a flag holds for `LASTING_S`; None if there is none."""
+    """Number of the first row (of n) from which a flag is set for `LASTING_S`; None if there is none."""
     changes = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
     for first, after in zip(changes[::2], changes[1::2], strict=True):
         # A row at an end stands until the next one does.
@@ -81,7 +81,7 @@ OUTCOMES = {
     "not_given": "it was never given: the hand left no room for it",
     "incomplete": "the trial ended before the hold was over",
 }
-"""What an object's outcome says, as half a sentence.
+"""Outcomes of an object, each with its meaning.
 
 Judged on the rows from when the object is given to the end of the hold, in this order:
 
@@ -116,7 +116,7 @@ REACH_M = 0.3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ObjectCourse:
-    """An object's way through a trial, and what is known of its surroundings.
+    """Motion of an object in a trial, and its surroundings as far as known.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class Found:
 
 
 def find_outcome(course: ObjectCourse, from_s: float, until_s: float, within_m: float) -> Found:
-    """What became of the object in a trial that lasted until the hold's end."""
+    """Outcome of the object in a trial that lasted until the hold's end."""
     times_s = course.times_s
     rows = np.flatnonzero((times_s >= _given_s(course)) & (times_s <= until_s))
     hold = np.flatnonzero((times_s >= from_s) & (times_s <= until_s))
@@ -185,7 +185,7 @@ def find_outcome(course: ObjectCourse, from_s: float, until_s: float, within_m: 
 
 
 def _given_s(course: ObjectCourse) -> float:
-    """From when on the object is where it is to be grasped; infinity where it never is."""
+    """Instant from which the object is where it is to be grasped; infinity if it never is."""
     thing = course.thing
     if thing is None or not thing.get("given_at_s"):
         return 0.0
@@ -209,7 +209,7 @@ def _resting(course: ObjectCourse) -> Flags:
 
 
 def _half_height(thing: Mapping[str, Any], turned: Array) -> Array:
-    """From the object's centre down to its lowest point, (n,), m."""
+    """Distance from the object's centre down to its lowest point, (n,), m."""
     half = 5e-4 * np.asarray(thing["size_mm"])
     axes = np.abs(np.stack([quaternion.rotate(turned, axis)[:, 2] for axis in np.eye(3)], axis=1))
     if thing["shape"] == "ball":
@@ -220,7 +220,7 @@ def _half_height(thing: Mapping[str, Any], turned: Array) -> Array:
 
 
 def _longest(thing: Mapping[str, Any] | None) -> float:
-    """From the object's centre to its farthest point at most, m."""
+    """Upper bound of the distance from the object's centre to its farthest point, m."""
     return 0.0 if thing is None else float(5e-4 * np.linalg.norm(thing["size_mm"]))
 
 
@@ -232,7 +232,7 @@ def _gone(course: ObjectCourse, from_hand_m_s: Array) -> Flags:
 
 
 def _touched(course: ObjectCourse, rows: NDArray[np.int64], gone: Flags) -> bool:
-    """Whether the hand touched the object, as far as can be told."""
+    """Return whether the hand touched the object, as far as the recording shows."""
     if course.pressed is None and course.thing is None:
         return True
     if course.pressed is not None and course.pressed[rows].any():
@@ -244,7 +244,7 @@ def _touched(course: ObjectCourse, rows: NDArray[np.int64], gone: Flags) -> bool
 
 def _stayed(course: ObjectCourse, hold: NDArray[np.int64], until_s: float, within_m: float
             ) -> tuple[float, float]:
-    """How far the object went at most in the hand from the first row on, m, and until when near, s."""
+    """Greatest motion of the object in the hand from the first row on, m, and until when it is near, s."""
     ways = np.linalg.norm(course.in_hand[hold] - course.in_hand[hold[0]], axis=1)
     beyond = np.flatnonzero(ways > within_m)
     return float(ways.max()), float(course.times_s[hold[beyond[0]]]) if beyond.size else until_s
@@ -256,7 +256,7 @@ FREEDOMS = hand_tree(HandSize()).freedoms
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspScore:
-    """What is a grasp: an object that stays where it is in the hand during a hold, without its table.
+    """Score of a grasp: an object keeps its place in the hand during a hold, without its table.
 
     All but the object and the hold is optional; `fesloop.experiment.metrics.grasp` says what each gives.
 
@@ -328,7 +328,7 @@ class GraspScore:
             raise InputError("opposed", f"{self.opposed}", "one or more of " + ", ".join(FINGERS[1:]))
 
     def signals(self) -> Iterator[tuple[str, str, tuple[Shape, ...]]]:
-        """Key, name and shapes that will do, of every signal that is read."""
+        """Key, name and valid shapes of every signal that is read."""
         muscles, tips = (len(MUSCLES),), (len(FINGERS), 3)
         shapes: dict[str, tuple[Shape, ...]] = {
             "object": ((3,),), "hand_position": ((17, 3),), "hand_orientation": ((17, 4),),
@@ -341,13 +341,13 @@ class GraspScore:
                 yield key, name, allowed
 
     def units(self) -> Iterator[tuple[str, str, str]]:
-        """Key, name and unit of every signal that is read; of pulses there are two ways."""
+        """Key, name and unit of every signal that is read, except pulses, which have two forms."""
         units = {"object": "m", "hand_position": "m", "hand_orientation": "1", "forces": "N", "target_n": "N",
                  "angles": "rad", "fingertips": "m", "aperture": "m", "activation": "1", "fitness": "1"}
         return ((key, name, units[key]) for key, name, _ in self.signals() if key in units)
 
     def faults(self, shapes: Mapping[str, Shape]) -> Iterator[InputError]:
-        """Signals that do not exist or do not fit; `shapes` are those of all outputs."""
+        """Faults: signals that do not exist or do not fit; `shapes` are those of all outputs."""
         for key, name, allowed in self.signals():
             if name not in shapes:
                 yield InputError(f"score.grasp.{key}", f"there is no signal {name!r}",

@@ -20,15 +20,15 @@ from fesloop.loop.clock import NS_PER_S
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 _ROWS_AT_ONCE = 8192
-"""Traces are read in pieces, so that an hour of them need not be in memory."""
+"""Rows of a trace that are read at once, so that an hour need not be in memory."""
 
 
 class Values(Protocol):
-    """An array (n, ...), or what stands for one that is too long for memory: read by slices of its rows."""
+    """An array (n, ...), or an object that reads slices of one that is too long for memory."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the array."""
+        """Shape of the array."""
 
     def __getitem__(self, rows: Any, /) -> Array:
         """A span of rows."""
@@ -39,7 +39,7 @@ Trace = tuple[Stamps, Values]
 
 
 def held(trace: Trace, at_ns: Stamps) -> Array:
-    """Values that stand at other instants (zero-order hold), (m, ...); NaN before the first."""
+    """Values at other instants by zero-order hold, (m, ...); NaN before the first."""
     times, values = trace
     newest = np.searchsorted(times, at_ns, side="right") - 1
     standing = np.full((at_ns.size, *values.shape[1:]), np.nan)
@@ -113,7 +113,7 @@ def tracker_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
 
 
 def range_deg(trace: Trace) -> Array:
-    """From the least to the greatest angle of a trial, (joints,), deg; NaN of an empty one."""
+    """Range from the least to the greatest angle of a trial, (joints,), deg; NaN for an empty trial."""
     least = np.full(trace[1].shape[1:], np.inf)
     greatest = np.full(least.shape, -np.inf)
     for _, values in _pieces(trace):
@@ -178,7 +178,7 @@ def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSpli
 
 
 def by_joint(values: Array, names: Sequence[str]) -> dict[str, float]:
-    """Per-joint values under the joints' names."""
+    """Values by the name of the joint."""
     return {name: float(value) for name, value in zip(names, values, strict=True)}
 
 
@@ -211,5 +211,5 @@ def coverage(error: Array, sd: Array) -> Array:
 
 
 def by_tip(trials: Sequence[Array], names: Sequence[str]) -> dict[str, list[float]]:
-    """One value a trial, under each fingertip's name."""
+    """Values of all trials by the name of the fingertip."""
     return {name: [float(trial[i]) for trial in trials] for i, name in enumerate(names)}

@@ -1,4 +1,4 @@
-"""How well a run kept in step with the wall clock, from its recording."""
+"""Lateness of a run in real time, from its recording."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.realtime import KEPT
 
 EDGES_MS = (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-"""Of the histogram; the last class has no end."""
+"""Edges of the histogram, ms; the last class is open."""
 _WORDS = ("policy", "memory", "scheduling")
 _NUMBERS = ("period_ms", "collections", "worst_collection_ms", "worst_write_ms")
-"""What a recording of a run in real time says beside its rows; older ones nothing of writing."""
+"""Attributes of the recording of a run in real time; older recordings lack those of writing."""
 
 
 def realtime_summary(recording: Recording) -> dict[str, Any]:
-    """What `fesloop run --realtime --json` prints under "realtime"; empty for a run that was not.
+    """Statistics that `fesloop run --realtime --json` prints under "realtime"; empty for other runs.
 
     `late_ms` is how late work began, `took_ms` how long it took, both over all instants: `p50`, `p99`,
     `worst`; `histogram` counts the instants by `late_ms`, in classes that begin at `from_ms`; `done` counts
@@ -45,16 +45,16 @@ def realtime_summary(recording: Recording) -> dict[str, Any]:
 
 
 def quantiles(values: NDArray[np.float64]) -> dict[str, float]:
-    """Median, 99th percentile and greatest."""
+    """Median, 99th percentile and maximum."""
     p50, p99 = np.percentile(values, (50, 99))
     return {"p50": float(p50), "p99": float(p99), "worst": float(values.max())}
 
 
 def class_names(from_ms: Sequence[float]) -> list[str]:
-    """What each class of the histogram holds: from its edge to below the next; the last without end."""
+    """Labels of the classes of the histogram, each from its edge to below the next; the last is open."""
     return [*(f"{low:g} to {high:g} ms" for low, high in pairwise(from_ms)), f"{from_ms[-1]:g} ms or more"]
 
 
 def histogram(late_ms: NDArray[np.float64], edges_ms: Sequence[float] = EDGES_MS) -> NDArray[np.int64]:
-    """How many values lie in each class, from its edge to the next."""
+    """Number of values in each class, from its edge to the next."""
     return np.histogram(late_ms, [*edges_ms, np.inf])[0].astype(np.int64)

@@ -1,17 +1,14 @@
-"""Why a metric is not known: every number that is none has its reason in words."""
+"""Reasons, in words, of metrics that are missing: None, NaN or infinite."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
-
-import numpy as np
+from typing import Any
 
 MISSING = "missing"
-"""Name under which metrics keep their reasons: path of a metric, dots between its parts, to its reason, or
-to a list of them, one a trial, None where it is known."""
+"""Key of the reasons among the metrics: dotted path of a metric to its reason, or to a list of one per trial,
+None where the metric is known."""
 _OVERFLOW = "its squares are beyond floating point: the loop is unstable"
 _TRIAL = "nothing that it is computed from was recorded in the scored part of this trial"
 _REASONS = (
@@ -34,13 +31,13 @@ def put(metrics: dict[str, Any], path: Sequence[str], value: Any) -> None:
 
 
 def note(metrics: dict[str, Any], path: Sequence[str], trial: int, trials: int, why: str | None) -> None:
-    """Keep why the metric at a path is not known in a trial; nothing where it is."""
+    """Add the reason for which the metric at a path is missing in a trial, if there is one."""
     if why is not None:
         metrics.setdefault(MISSING, {}).setdefault(".".join(path), [None] * trials)[trial] = why
 
 
 def give_reasons(metrics: dict[str, Any]) -> None:
-    """Add a reason for every number that is none and has none yet."""
+    """Add a reason for every missing number that has none yet."""
     noted: dict[str, Any] = metrics.get(MISSING, {})
     for path, value in list(numbers(metrics)):
         missing = [_none(item) for item in value] if isinstance(value, list) else [_none(value)]
@@ -58,7 +55,7 @@ def give_reasons(metrics: dict[str, Any]) -> None:
 
 
 def reasons_of(metrics: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Each reason once, with the metric and the trials that it is about: ("held, trials 0 and 2", "...")."""
+    """Each reason once, after its metric and trials: ("held, trials 0 and 2", "...")."""
     for name, reasons in metrics.get(MISSING, {}).items():
         if isinstance(reasons, str):
             yield name, reasons
@@ -75,7 +72,7 @@ def reasons_of(metrics: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def numbers(metrics: dict[str, Any], path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Paths and values of all metrics that are a number, or a list of one a trial."""
+    """Paths and values of all metrics that are a number, or a list of one per trial."""
     for name, value in metrics.items():
         if isinstance(value, dict):
             if name != MISSING:
@@ -87,77 +84,3 @@ def numbers(metrics: dict[str, Any], path: tuple[str, ...] = ()) -> Iterator[tup
 
 def _none(value: Any) -> bool:
     return value is None or (isinstance(value, float) and not math.isfinite(value))
-
-
-_PORT = "stimulation"
-
-
-class Rows(Protocol):
-    """What is read of a recording."""
-
-    @property
-    def signals(self) -> Sequence[str]:
-        """Names of what is recorded."""
-
-    @property
-    def experiment(self) -> Mapping[str, Any]:
-        """The document of the experiment."""
-
-    def tables(self, names: Sequence[str], trial: int = 0) -> Sequence[Any]:
-        """Signals of a trial, read in pieces."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stimulated:
-    """Of one trial: charge per phase, the mean of all channels and rows, C.
-
-    Attributes
-    ----------
-    asked: into the safety block; 0 where that is not recorded.
-    passed: out of it.
-    given: by the device, where it says so; else as `passed`.
-    """
-
-    asked: float
-    passed: float
-    given: float
-
-
-def commanded_signal(recording: Rows, safety: str) -> str:
-    """What is wired into a safety block as stimulation; "" where nothing is."""
-    return next((str(wire["from"]) for wire in recording.experiment.get("wires", ())
-                 if wire["to"] == f"{safety}.{_PORT}"), "")
-
-
-def given_signal(recording: Rows, commanded: str) -> str | None:
-    """The recorded `charge` of the device that a signal of pulses commands; None where there is none."""
-    for wire in recording.experiment.get("wires", ()):
-        charge = f"{wire['to'].partition('.')[0]}.charge"
-        if wire["from"] == commanded and wire["to"].endswith(f".{_PORT}") and charge in recording.signals:
-            return charge
-    return None
-
-
-def stimulated(recording: Rows, safety: str, trial: int, from_ns: int = 0) -> Stimulated | None:
-    """What went through a safety block in a trial from an instant on; None where no row is."""
-    passed = f"{safety}.{_PORT}"
-    if passed not in recording.signals:
-        return None
-    source = commanded_signal(recording, safety)
-    asked = _mean(recording, source, trial, from_ns) if source in recording.signals else 0.0
-    let_through = _mean(recording, passed, trial, from_ns)
-    given = _mean(recording, given_signal(recording, passed) or passed, trial, from_ns)
-    if asked is None or let_through is None or given is None:
-        return None
-    return Stimulated(asked, let_through, given)
-
-
-def _mean(recording: Rows, name: str, trial: int, from_ns: int) -> float | None:
-    """Charge per phase, C: the mean of the rows from an instant on; None where there are none."""
-    total, count = 0.0, 0
-    for piece in recording.tables([name], trial)[0].pieces():
-        rows = piece.values[0][piece.times_ns >= from_ns]
-        charges = rows[..., 0] * rows[..., 1] if rows.ndim == 3 else rows
-        total += float(np.nansum(charges))
-        count += charges.size
-    return total / count if count else None

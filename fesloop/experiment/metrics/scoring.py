@@ -1,4 +1,4 @@
-"""Metrics of a run, from its recording: which signals go into which metric."""
+"""Metrics of a run, computed from the signals of its recording that [score] names."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ from fesloop.streams.recording import MotionRecording
 
 _SPLIT = ("total", "tracker", "controller")
 _OF_PAIRS = ("vqf", "vqf9")
-"""Kinds of trackers whose angles are the flexion of pairs of sensors."""
+"""Kinds of trackers whose angles are the flexion between pairs of sensors."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an unstable loop: what is infinite then has its reason
 def metrics_of(recording: Recording) -> dict[str, Any]:
-    """What the experiment's [score] asks for.
+    """Compute the metrics of the experiment's [score].
 
     joint_rmse_deg: one a trial, truth against reference; unmoved_rmse_deg: what it would be had the joints
     stayed where they were when the trial began. Both hold the reference between its own ticks, so a reference
@@ -93,7 +93,7 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
 
 
 def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
-    """Metrics of joint angles, those that the score's signals allow."""
+    """Metrics of joint angles that the score's signals allow."""
     trials = range(recording.trials)
     truth = [_trace(recording, score.truth, trial, score.after_s, score.until_s) for trial in trials]
     wanted = [_trace(recording, score.reference, trial, 0.0) for trial in trials]
@@ -129,7 +129,7 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
 
 
 def _joint_names(score: Score, truth: Sequence[Trace]) -> tuple[str, ...]:
-    """Those that the score gives; else those of the hand's freedoms, where the truth is as many angles."""
+    """Names in the score; else the hand's freedoms, if the truth has as many angles."""
     if score.joints or not truth:
         return score.joints
     freedoms = hand_tree(HandSize()).freedoms
@@ -143,7 +143,7 @@ def _add_by_joint(joints: dict[str, Any], metric: str, trials: list[NDArray[np.f
 
 def _trace(recording: Recording, name: str | None, trial: int, after_s: float,
            until_s: float | None = None) -> Trace:
-    """A signal from an instant on, to another; nothing where none is named."""
+    """A signal between two instants; an empty trace if none is named."""
     if name is None:
         return np.empty(0, np.int64), np.empty((0, 0))
     until_ns = FOREVER if until_s is None else _ns(until_s)
@@ -151,12 +151,12 @@ def _trace(recording: Recording, name: str | None, trial: int, after_s: float,
 
 
 def _ns(seconds: float) -> int:
-    """The nearest instant: 1.001 s is less than 1001 ms in floats."""
+    """Nearest instant, ns: 1.001 s is less than 1001 ms in floats."""
     return round(seconds * NS_PER_S)
 
 
 def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]:
-    """The estimate, stamped with the newest capture behind each value, and the whole truth."""
+    """The estimate, stamped with the newest capture of each value, and the whole truth."""
     assert score.estimate is not None
     signal = recording.signal(score.estimate, trial)
     told = measuring(recording, score, score.estimate, signal, trial)
@@ -166,7 +166,7 @@ def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]
 
 def measuring(recording: Recording, score: Score, name: str, signal: Signal,
               trial: int = 0) -> NDArray[np.bool_]:
-    """Rows of a tracker's output that say something of it: captured, in the scored while, once aligned."""
+    """Rows of a tracker's output that count: from a capture, in the scored time, after alignment."""
     told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     if score.until_s is not None:
         told &= signal.times_ns <= _ns(score.until_s)
@@ -189,7 +189,7 @@ def _from_aligned(recording: Recording, name: str, signal: Signal, trial: int) -
 
 
 def alignments(recording: Recording, estimate: str) -> list[str]:
-    """Outputs `aligned` of the trackers that an estimate comes from, none beyond a block that stimulates."""
+    """Outputs `aligned` of the trackers that an estimate derives from, up to blocks that stimulate."""
     units = recording.units
     stimulating = {name.partition(".")[0] for name, unit in units.items() if unit.startswith("A,s")}
     found, seen, ends = [], set(), [estimate.partition(".")[0]]
@@ -207,7 +207,7 @@ def alignments(recording: Recording, estimate: str) -> list[str]:
 
 
 def never_aligned(recording: Recording, estimate: str, trial: int) -> str | None:
-    """Why nothing of an estimate is scored in a trial, where it is for want of an initial pose; else None."""
+    """Reason for which no row of an estimate counts in a trial without an initial pose; else None."""
     names = [name for name in alignments(recording, estimate)
              if not (recording.signal(name, trial).values > 0.5).any()]
     return (f"{names[0].partition('.')[0]} never took its initial pose: what it put out is the pose that it "
@@ -215,7 +215,7 @@ def never_aligned(recording: Recording, estimate: str, trial: int) -> str | None
 
 
 def _of_the_tracker(joints: Mapping[str, Any], split: bool) -> list[tuple[str, ...]]:
-    """Paths of the metrics that an estimate takes part in."""
+    """Paths of the metrics that use an estimate."""
     paths: list[tuple[str, ...]] = [("tracker_rmse_deg",)]
     paths += [("joints", name, "tracker_rmse_deg") for name in joints]
     if split:
@@ -225,7 +225,7 @@ def _of_the_tracker(joints: Mapping[str, Any], split: bool) -> list[tuple[str, .
 
 
 def _measured(recording: Recording, name: str, trial: int) -> Trace:
-    """What the controller could see of an estimate; NaN until one of an aligned tracker has arrived."""
+    """Estimates as they arrive at the controller; NaN until one of an aligned tracker has arrived."""
     signal = recording.signal(name, trial)
     since = np.maximum.accumulate(_from_aligned(recording, name, signal, trial))
     if not since.all():
@@ -236,7 +236,7 @@ def _measured(recording: Recording, name: str, trial: int) -> Trace:
 
 
 def _arrived(recording: Recording, signal: Signal, trial: int) -> Trace:
-    """A signal as it stands at the end of its first wire: what the block there could see."""
+    """A signal as it arrives at the end of its first wire."""
     table = next((wire for wire in recording.experiment["wires"] if wire["from"] == signal.name), None)
     if table is None:
         return signal.left_ns, signal.values
@@ -262,7 +262,7 @@ def _through(wire: Wire, signal: Signal, seed: int, trial: int) -> Trace:
 
 
 def _deliver(link: Link, before_ns: int, held: Sample, rows: array[int], arrivals: array[int]) -> Sample:
-    """Note what reaches the end of a wire before an instant; what stands there then."""
+    """Add the messages that arrive before an instant to `rows` and `arrivals`; return the newest sample."""
     while link.queue and link.queue[0][3] < before_ns:
         taken = link.take(held)
         if taken is not held:
@@ -273,7 +273,7 @@ def _deliver(link: Link, before_ns: int, held: Sample, rows: array[int], arrival
 
 
 def _fingertip_metrics(recording: Recording, score: Score, truth: str) -> dict[str, Any]:
-    """How far each tracker's fingertips are off, and how often its 95 % intervals hold the truth."""
+    """Error of each tracker's fingertips, and the coverage of its 95 % intervals."""
     rmse: dict[str, Any] = {}
     covered: dict[str, Any] = {}
     for tracker in score.trackers:
@@ -314,7 +314,7 @@ def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
 
 def _angle_metrics(recording: Recording, score: Score, source: MotionRecording, tracker: str,
                    start_ns: int) -> dict[str, Any]:
-    """Angles that a tracker of pairs gives to a controller: their error, and whether their joints turn so."""
+    """Error of the angles of a tracker of pairs, and the share of rotation about their axis."""
     from fesloop.experiment.metrics.orientation import flexion_axis_share, flexion_rmse_deg
 
     table = recording.experiment["blocks"][tracker]

@@ -1,4 +1,4 @@
-"""What a point search asked, what it found, and how many minutes of the patient's time that took."""
+"""Metrics of a point search: its queries, its result, and the minutes that it took."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from fesloop.loop.clock import NS_PER_S
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 BASELINE, MEASURE, ENDED = 2, 5, 6
-"""Phases that a search's output `phase` tells: the hand is looked at, at rest and stimulated; it is over."""
+"""Phases in a search's output `phase`: measurement at rest, measurement under stimulation, end."""
 _SIGNALS = ("query", "phase", "quality", "stimulation", "multiplexing", "best_stimulation",
             "best_multiplexing")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchScore:
-    """A search for elements that bring about a movement, judged by what the hand truly did.
+    """Score of a search for elements that cause a movement, by the true movement of the hand.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class SearchScore:
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """All that are read."""
+        """Names of the signals that are read."""
         return (*(f"{self.search}.{name}" for name in _SIGNALS), self.truth)
 
     def faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> Iterator[InputError]:
-        """Signals that do not exist or do not fit; `shapes` are those of all outputs."""
+        """Faults: signals that do not exist or do not fit; `shapes` are those of all outputs."""
         if any(name not in shapes for name in self.signals[:-1]):
             yield InputError("score.search.search", f"{self.search!r} is no point search",
                              "a node of that kind")
@@ -60,7 +60,7 @@ class SearchScore:
 
 
 class Asked(NamedTuple):
-    """A query, and what the hand truly did.
+    """A query, and the true movement of the hand.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Asked(NamedTuple):
 
 
 def asked_of(recording: Recording, score: SearchScore, trial: int = 0) -> list[Asked]:
-    """Every query that was answered, in order."""
+    """Every answered query, in order."""
     kept = {name: recording.signal(f"{score.search}.{name}", trial) for name in _SIGNALS}
     times, values = kept["query"].times_ns, {name: signal.values for name, signal in kept.items()}
     if not times.size:
@@ -110,7 +110,7 @@ def asked_of(recording: Recording, score: SearchScore, trial: int = 0) -> list[A
 
 
 def _mean(times: Stamps, values: Any, start_ns: int, stop_ns: int) -> Array:
-    """Mean posture after one instant until another; the last before where none was recorded in between."""
+    """Mean posture between two instants; the last one before them if none was recorded in between."""
     first, after = np.searchsorted(times, [start_ns, stop_ns], side="right")
     return np.asarray(values[min(first, after - 1):after].mean(axis=0))
 
@@ -120,7 +120,7 @@ def _elements(shares: Array) -> tuple[int, ...]:
 
 
 def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
-    """What was asked and found, in lists of one a trial.
+    """Metrics of all trials, in lists of one value per trial.
 
     `queries`; `minutes` until the search had ended, nan where it had not; of what it recommends
     `found_elements`, `found_ma`, `found_quality` and `found_selectivity`, by what the hand truly did when it
@@ -154,7 +154,7 @@ def _of_trial(recording: Recording, score: SearchScore, trial: int) -> dict[str,
 
 
 def element_quality(asked: list[Asked], count: int) -> list[float | None]:
-    """For each of `count` elements the best true quality of all queries that it had part in."""
+    """Best true quality of the queries that each of `count` elements took part in; None without any."""
     best: list[float | None] = [None] * count
     for one in asked:
         for element in one.elements:

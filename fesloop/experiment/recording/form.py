@@ -1,4 +1,4 @@
-"""Whether a file has the form of a recording (`fesloop.experiment.recording.writing`) when it is opened."""
+"""Rows of recordings, and the check of an opened file against the form of a recording."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def event_rows(events: Sequence[EventRow], trial: int) -> Rows:
 
 
 def instant_rows(rows: Sequence[WallRow], trial: int) -> Rows:
-    """How instants went by the wall clock, as one structured array."""
+    """Instants of a run in real time as one structured array."""
     return np.array([(trial, *stamps, action.encode()) for *stamps, action in rows], INSTANTS)
 
 
@@ -103,7 +103,7 @@ _STAMPS = {"blocks": BLOCK_STAMPS, "plants": PLANT_STAMPS, "inputs": INPUT_STAMP
 _TEXTS, _NAMES = TypeAdapter(dict[str, str]), TypeAdapter(list[str])
 _ROWS, _PAIRS = TypeAdapter(dict[str, list[str]]), TypeAdapter(dict[str, list[tuple[int, int]]])
 _UNUSED_BYTES = 2**26
-"""Chunks that are begun but not full, of all datasets together (chosen: 2000 datasets of 32 kB)."""
+"""Bytes of partly filled chunks of all datasets together (chosen: 2000 datasets of 32 kB)."""
 
 
 
@@ -131,7 +131,7 @@ class _Patient(TypedDict):
 
 
 class _Experiment(TypedDict):
-    """What every version's tables of an experiment hold, whatever the kinds of its blocks."""
+    """Parts of an experiment's tables that every version writes, whatever the kinds of its blocks."""
 
     experiment: _About
     blocks: dict[str, _Block]
@@ -146,7 +146,7 @@ _EXPERIMENT = TypeAdapter(_Experiment)
 
 @contextmanager
 def undamaged(where: Path | str) -> Iterator[None]:
-    """Within, what HDF5 cannot read of a file is an InputError that says so."""
+    """Turn failures of HDF5 to read a file into an InputError."""
     try:
         yield
     except InputError:
@@ -157,14 +157,14 @@ def undamaged(where: Path | str) -> Iterator[None]:
 
 
 def require_form(file: h5py.File, path: Path) -> None:
-    """Raise InputError unless all that reading relies on is there, of its type, no larger than the file."""
+    """Raise InputError unless everything that readers need exists, has its type and fits in the file."""
     with undamaged(path):
         _require_described(file, str(path))
         _require_tables(file, path)
 
 
 def _require_described(file: h5py.File, where: str) -> None:
-    """What is told of the run as a whole."""
+    """Check the facts about the run as a whole."""
     told = hdf5.attributes(file, where)
     for key in ("name", "fingerprint"):
         hdf5.text(told, key, where)
@@ -175,7 +175,7 @@ def _require_described(file: h5py.File, where: str) -> None:
 
 
 def _require_tables(file: h5py.File, path: Path) -> None:
-    """What was recorded."""
+    """Check the recorded rows."""
     where = str(path)
     items = hdf5.members(file, where)
     for name in ("experiment", "status", "wall", *_TABLES):
@@ -231,7 +231,7 @@ def _streams(group: Any, where: str, *, nested: bool) -> Iterator[tuple[str, h5p
 
 
 def _size(dataset: Any, where: str) -> int:
-    """Bytes that all rows of a dataset take."""
+    """Size of all rows of a dataset, bytes."""
     if not isinstance(dataset, h5py.Dataset) or len(dataset.shape) != 1:
         raise InputError(where, "is no table of rows", ALLOWED)
     if dataset.external or dataset.is_virtual:

@@ -1,4 +1,4 @@
-"""Reading a recording: signals with their stamps, events, and the digest of its content."""
+"""Reader of recordings: signals with their stamps, events, and the digest of the content."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Event:
 
 
 def reached_ns(times_ns: NDArray[np.int64]) -> int:
-    """Up to where rows at these instants (n,) tell, ns: the last stands as long as the one before it.
+    """End of the time that rows at instants (n,) cover, ns: the last lasts as long as the one before it.
 
     Instants are rounded down to whole ns, which can leave the end of a trial 1 ns short: that is added. 0 of
     fewer than two rows.
@@ -90,11 +90,11 @@ def signal_of(name: str, field: str, rows: StoredRows, first: int, stop: int) ->
 
 
 _LOOKS, _BETWEEN_S = 3, 0.02
-"""How often a file that is too short is looked at again, and how long between (chosen: writers need less)."""
+"""Attempts to open a file that is too short, and the time between them (chosen: writers need less)."""
 
 
 def open_file(path: Path) -> h5py.File:
-    """The file, for reading; InputError for one that is missing, damaged or no recording."""
+    """Open a file for reading; InputError for one that is missing, damaged or no recording."""
     if not is_file(path):
         raise InputError(str(path), "there is no such recording", ALLOWED)
     try:
@@ -115,7 +115,7 @@ def open_file(path: Path) -> h5py.File:
 
 
 def _open_anyhow(path: Path) -> h5py.File:
-    """A file whose writer lives or was killed still says "open for write" and opens in SWMR mode only."""
+    """Open a file, in SWMR mode if its writer lives or was killed."""
     try:
         return _open_when_long_enough(path)
     except OSError as fault:
@@ -130,7 +130,7 @@ def _open_anyhow(path: Path) -> h5py.File:
 
 
 def _open_when_long_enough(path: Path) -> h5py.File:
-    """A writer says how long its file is a moment before it is so long."""
+    """Wait for a file to become as long as its writer has announced."""
     for _ in range(_LOOKS):
         try:
             return h5py.File(path, "r")
@@ -142,7 +142,7 @@ def _open_when_long_enough(path: Path) -> h5py.File:
 
 
 def _end_of_data(file: h5py.File) -> int:
-    """Where the last chunk ends: in SWMR mode HDF5 itself does not look for a missing end."""
+    """End of the last chunk, which HDF5 itself does not check in SWMR mode."""
     ends = [0]
 
     def note(name: str, item: Any) -> None:
@@ -156,13 +156,13 @@ def _end_of_data(file: h5py.File) -> int:
 __all__ = ["Event", "Recording", "Signal"]
 _ROWS_A_READ = 65536
 _KEPT_BYTES = 2**21
-"""Of a recording that are read whole and kept: to ask HDF5 for a field of some rows costs .2 ms each time."""
+"""Most bytes of rows kept in memory: reading a field of some rows from HDF5 takes 0.2 ms each time."""
 _STREAMS = ("blocks", "plants", "inputs")
 _TABLES = ("events", "messages")
 
 
 class Recording:
-    """A run's file, opened for reading; also one that is being written, or whose writer was killed.
+    """The recording of a run, opened for reading, also while it is written or after its writer was killed.
 
     Raises InputError for a file that is missing, damaged or no recording of fesloop.
 
@@ -206,7 +206,7 @@ class Recording:
         self.close()
 
     def close(self) -> None:
-        """Let the file go."""
+        """Close the file."""
         self._file.close()
 
     @property
@@ -236,13 +236,13 @@ class Recording:
 
     @property
     def step_times_ns(self) -> dict[str, NDArray[np.int64]]:
-        """How long each step of a timed block took, by block."""
+        """Duration of each step of the timed blocks, ns, by block."""
         with undamaged(self.path):
             return {name: dataset[:] for name, dataset in self._file.get("wall/step_ns", {}).items()}
 
     @property
     def instants(self) -> NDArray[np.void]:
-        """Of a run in real time, a row an instant that was waited for, all trials; none of another run.
+        """Instants of a run in real time, a row each, all trials; no rows for other runs.
 
         Fields: trial; time_ns; late_ns, by how much its work began late; took_ns, how long that took; action:
         kept, run late, skipped or stopped.
@@ -253,7 +253,7 @@ class Recording:
 
     @property
     def origins(self) -> NDArray[np.void]:
-        """Of a run in real time, when t = 0 of each trial was; none of another run.
+        """Wall-clock time of t = 0 of each trial of a run in real time; no rows for other runs.
 
         Fields: trial; monotonic_ns, by the machine's monotonic clock; utc_ns, since 1970.
         """
@@ -263,7 +263,7 @@ class Recording:
 
     @property
     def trials(self) -> int:
-        """How many trials have been begun."""
+        """Number of trials that have begun."""
         every = [self._rows_of(path) for path in self._datasets]
         last = [int(rows.read("trial", rows.count - 1, rows.count)[0]) for rows in every if rows.count]
         begun = max(last, default=-1) + 1
@@ -285,14 +285,14 @@ class Recording:
 
     @property
     def inputs(self) -> list[str]:
-        """Every plant input of which it is recorded what acted on it, unless an output has its name."""
+        """Every plant input whose values are recorded, unless an output has its name."""
         outputs = set(self.signals)
         names = [path.removeprefix("inputs/").replace("/", ".") for path in self._datasets
                  if path.startswith("inputs/")]
         return [name for name in names if name not in outputs]
 
     def signal(self, name: str, trial: int = 0) -> Signal:
-        """An output signal, or what acted on a plant input, in one trial.
+        """An output signal, or the values of a plant input, in one trial.
 
         Raises InputError for a name that is not recorded, or a trial that was not begun.
         """
@@ -330,7 +330,7 @@ class Recording:
         return [SignalTable(rows, of_rows, trial) for rows, of_rows in fields.items()]
 
     def _stream(self, name: str) -> tuple[StoredRows, str]:
-        """The rows and the field that hold a signal."""
+        """Rows and field of a signal."""
         node, _, port = name.partition(".")
         for path in (f"blocks/{node}", f"plants/{node}"):
             if path in self._datasets and port in self._rows_of(path).units:
@@ -342,7 +342,7 @@ class Recording:
         return self._rows_of(path), "value"
 
     def _rows_of(self, path: str) -> StoredRows:
-        """Rows of a dataset; those that are known, unless some were added since."""
+        """Rows of a dataset, cached until some are added."""
         known, dataset = self._rows.get(path), self._datasets[path]
         if known is None or known.count != dataset.shape[0]:
             room = _KEPT_BYTES - sum(rows.kept_bytes for rows in self._rows.values())
@@ -351,7 +351,7 @@ class Recording:
 
     @property
     def events(self) -> list[Event]:
-        """Everything out of the ordinary, in the order in which it happened."""
+        """All events, in the order in which they happened."""
         texts = ("where", "status", "detail")
         events = [Event(int(row["trial"]), int(row["time_ns"]),
                         *(row[name].decode(errors="replace") for name in texts))

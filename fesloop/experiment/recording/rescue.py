@@ -1,4 +1,4 @@
-"""What is left of a recording whose file was cut short or damaged, as a recording of its own."""
+"""Rescue of recordings whose file is truncated or damaged: a new recording of the rows that are left."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fesloop.experiment.recording.form import ALLOWED, undamaged
 from fesloop.experiment.recording.writing import lengthen
 
 _FLAGS, _CHECKSUM, _LENGTH = 11, 44, 48
-"""Where in it the consistency flags stand, and the checksum of all that is before it; its length, bytes."""
+"""Offsets in the superblock of the consistency flags and of the checksum of what precedes it; its length."""
 _WORD = 2**32 - 1
 
 
@@ -38,7 +38,7 @@ def mark_closed(path: Path) -> None:
 
 
 def checksum(content: bytes) -> bytes:
-    """Of HDF5's metadata, of one byte or more: lookup3, `hashlittle` from 0 (Bob Jenkins, 2006)."""
+    """Checksum of HDF5 metadata of one byte or more: lookup3, `hashlittle` from 0 (Bob Jenkins, 2006)."""
     state = [(0xDEADBEEF + len(content)) & _WORD] * 3
     while len(content) > 12:
         _add(state, content[:12])
@@ -59,7 +59,7 @@ def _add(state: list[int], words: bytes) -> None:
 
 
 def _turned(word: int, by: int) -> int:
-    """Bits of a word of 32 turned round to the left."""
+    """Rotate the bits of a 32-bit word to the left."""
     return (word << by | word >> 32 - by) & _WORD
 
 
@@ -72,7 +72,7 @@ _BEGINNING = b"\x89HDF\r\n\x1a\n\x03"
 
 @dataclass(frozen=True, slots=True)
 class Rescued:
-    """A sound recording with what was left.
+    """A valid recording of the rows that are left.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Rescued:
 
 @contextmanager
 def rescued(path: Path) -> Iterator[Rescued]:
-    """A copy of a damaged recording with the rows of each stream up to the first that is lost.
+    """Copy a damaged recording, each stream up to its first lost row.
 
     Every stream is there from a run's first moment on; what a cut takes away is the ends of some. Raises
     InputError for a file that is no HDF5 file, or has lost what it says of the run as a whole.
@@ -111,7 +111,7 @@ def rescued(path: Path) -> Iterator[Rescued]:
 
 
 def _copied(source: Path, target: Path, size: int) -> list[str]:
-    """Copy what can be read, and lies within the first `size` bytes; what is lost."""
+    """Copy what can be read from the first `size` bytes; return the losses."""
     losses = []
     with _opened(source) as old, h5py.File(target, "w", libver="latest") as new:
         for key, value in old.attrs.items():
@@ -128,7 +128,7 @@ def _copied(source: Path, target: Path, size: int) -> list[str]:
 
 
 def _without_trials(new: h5py.File) -> list[str]:
-    """Take out what is told of trials that nothing else is left of; what that was."""
+    """Remove messages and events of trials of which no other row is left; return these losses."""
     last = [int(dataset[-1]["trial"]) for path, dataset in _datasets(new)
             if path.startswith(("blocks/", "plants/", "inputs/")) and dataset.shape[0]]
     begun = max(last, default=-1) + 1
@@ -142,7 +142,7 @@ def _without_trials(new: h5py.File) -> list[str]:
 
 
 def _opened(path: Path) -> h5py.File:
-    """The copy of a file, also of one whose writer never closed it.
+    """Open the copy of a file, also of one whose writer never closed it.
 
     Not in SWMR mode: there HDF5 reads what is damaged again and again, for hours, as a writer might mend it.
     """
@@ -151,7 +151,7 @@ def _opened(path: Path) -> h5py.File:
 
 
 def _copy_wall(old: h5py.File, wall: h5py.Group) -> None:
-    """Single numbers and texts of the wall clock, those that are left."""
+    """Copy the numbers and texts about the wall clock that can be read."""
     with suppress(OSError, RuntimeError, KeyError):
         for key, value in old["wall"].attrs.items():
             wall.attrs[key] = value
@@ -176,7 +176,7 @@ def _datasets(file: h5py.File) -> Iterator[tuple[str, h5py.Dataset]]:
 
 
 def _copy_rows(dataset: h5py.Dataset, new: h5py.File, path: str, size: int) -> int:
-    """Rows up to the first chunk that is lost; how many."""
+    """Copy rows up to the first lost chunk; return their number."""
     chunk = dataset.chunks[0]
     made = new.create_dataset(path, shape=(0,), maxshape=(None,), chunks=(chunk,), dtype=dataset.dtype)
     for key, value in dataset.attrs.items():
@@ -191,7 +191,7 @@ def _copy_rows(dataset: h5py.Dataset, new: h5py.File, path: str, size: int) -> i
 
 
 def _chunk_rows(dataset: h5py.Dataset, first: int, stop: int, size: int) -> Any:
-    """Rows of one chunk; None where it is lost."""
+    """Rows of one chunk; None if it is lost."""
     try:
         place = dataset.id.get_chunk_info_by_coord((first,))
         if place.byte_offset is None or place.byte_offset + place.size > size:

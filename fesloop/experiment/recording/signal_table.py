@@ -1,4 +1,4 @@
-"""Signals that share their instants, side by side, read a piece at a time: for runs of any length."""
+"""Tables of signals that share their instants, read piece by piece for runs of any length."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class StoredRows:
 
     @property
     def kept_bytes(self) -> int:
-        """Memory that kept rows take."""
+        """Size of the rows kept in memory, bytes."""
         return 0 if self._kept is None else self._kept.nbytes
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """Of the ports among the fields."""
+        """Units of the ports among the fields."""
         told: dict[str, str] = json.loads(self._dataset.attrs["units"])
         return told
 
@@ -96,14 +96,14 @@ class Column:
         self.shape: tuple[int, ...] = (stop - first, *rows.dtype[field].shape)
 
     def __getitem__(self, rows: slice) -> NDArray[np.float64]:
-        """Values of a span of rows; a step is not honoured."""
+        """Values of a span of rows; the step of the slice is ignored."""
         start, stop, _ = rows.indices(self.shape[0])
         return self._rows.read(self._field, self._first + start, self._first + max(start, stop))
 
 
 Stamps = NDArray[np.int64]
 _PIECE_BYTES = 2**20
-"""What a piece takes at most, unless a row alone is longer (chosen: HDF5 keeps 1 MB of chunks)."""
+"""Largest size of a piece, unless one row is longer (chosen: HDF5 keeps 1 MB of chunks)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,12 +131,12 @@ class TableSignal:
 
     @property
     def node(self) -> str:
-        """The block or plant that puts it out, or takes it in."""
+        """Block or plant that the signal belongs to."""
         return self.name.partition(".")[0]
 
     @property
     def port(self) -> str:
-        """Its port's name."""
+        """Name of its port."""
         return self.name.partition(".")[2]
 
 
@@ -153,7 +153,7 @@ class Piece:
 
 
 class SignalTable:
-    """Rows of a trial; as many as there are when it is made, also if more are written later.
+    """Rows of a trial that exist when the table is made; rows written later are not included.
 
     Parameters
     ----------
@@ -172,15 +172,15 @@ class SignalTable:
 
     @property
     def count(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return self._stop - self._first
 
     def times_ns(self) -> Stamps:
-        """When each row's values were put out or recorded, (n,)."""
+        """Instants at which the values were put out or recorded, (n,), ns."""
         return self._rows.read("time_ns", self._first, self._stop)
 
     def pieces(self) -> Iterator[Piece]:
-        """All rows, in their order, in pieces of about a megabyte; none where there is no row."""
+        """All rows in order, in pieces of about a megabyte."""
         length = max(1, _PIECE_BYTES // self._rows.dtype.itemsize)
         for first in range(self._first, self._stop, length):
             yield self._piece(first, min(first + length, self._stop))

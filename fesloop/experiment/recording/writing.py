@@ -1,4 +1,4 @@
-"""Writing a recording: one HDF5 file a run, readable at any time, even after the writer was killed.
+"""Writer of recordings: one HDF5 file per run, readable at any time, even after the writer was killed.
 
 In SWMR mode ("single writer, multiple readers") HDF5 orders its writes so that whoever opens the file sees
 everything up to the last flush. Nothing can be created in that mode, so every dataset is made at the
@@ -64,18 +64,18 @@ from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.wiring import Wiring
 
 ROOM_BYTES = 2**24
-"""What stays free on the disk (chosen): chunks are written whole, and the end of a run has to be noted."""
+"""Space left free on the disk (chosen): chunks are written whole, and the end of a run must be noted."""
 _CHUNK_CACHE_BYTES = 2**17
-"""Of each dataset: the chunk that rows are added to, and some more. HDF5 keeps up to 8 MB of each by itself,
+"""Chunk cache of each dataset: the chunk that grows, and some more. HDF5 by itself keeps up to 8 MB of each,
 which are never looked at again, so that a run would grow for minutes."""
 
 
 _END_OF_FILE = 28
-"""Where the superblock says how long the file is."""
+"""Offset in the superblock of the length of the file."""
 
 
 def draft_file(folder: Path, name: str) -> tuple[Path, h5py.File]:
-    """A file under a hidden name, until it is one that can be read."""
+    """Create a file under a hidden name, for as long as it cannot be read."""
     draft = folder / f".{name}-{secrets.token_hex(8)}.h5"
     try:
         free = free_bytes(folder)
@@ -90,7 +90,7 @@ def draft_file(folder: Path, name: str) -> tuple[Path, h5py.File]:
 
 
 def publish(draft: Path, folder: Path, name: str) -> Path:
-    """Give the draft its name, the first that is free, in one step: nobody ever sees half a file."""
+    """Rename the draft to the first free name, in one step: nobody ever sees half a file."""
     for number in itertools.count(1):
         path = folder / f"{name}-{number}.h5"
         try:
@@ -108,7 +108,7 @@ def publish(draft: Path, folder: Path, name: str) -> Path:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Within, what HDF5 cannot write (a quota, a cable) is a RunError of one line; both kinds are h5py's."""
+    """Turn failures of HDF5 to write (a quota, a cable) into a RunError of one line."""
     try:
         yield
     except (OSError, RuntimeError) as fault:
@@ -117,7 +117,7 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def append(file: h5py.File, tables: Sequence[tuple[h5py.Dataset, Rows]]) -> None:
-    """Append rows to datasets and bring them to the disk's care."""
+    """Append rows to datasets and flush them."""
     for dataset, rows in tables:
         if len(rows):
             before = dataset.shape[0]
@@ -127,7 +127,7 @@ def append(file: h5py.File, tables: Sequence[tuple[h5py.Dataset, Rows]]) -> None
 
 
 def lengthen(path: Path) -> None:
-    """Give a file whose end could not be written one of zeros, without which HDF5 opens none of it.
+    """Pad a file whose end could not be written with zeros, without which HDF5 does not open it.
 
     Where it should end stands in the superblock (HDF5 File Format Specification 3.0, II.A, version 3).
     """
@@ -139,13 +139,13 @@ def lengthen(path: Path) -> None:
 
 
 def free_bytes(path: Path) -> int:
-    """Room on the disk of a path, or of where it will be made."""
+    """Free space on the disk of a path that may not exist yet."""
     there = next(each for each in (path, *path.absolute().parents) if each.exists())
     return shutil.disk_usage(there).free
 
 
 class TimedBlock:
-    """A block that is another one in everything, and notes how long each of its steps took.
+    """A block that behaves as another one and times its steps.
 
     Attributes
     ----------
@@ -171,7 +171,7 @@ class TimedBlock:
 
 
 def timed(wiring: Wiring, names: Collection[str]) -> tuple[Wiring, dict[str, TimedBlock]]:
-    """The same wiring with the named blocks timed, and those blocks by name."""
+    """Replace the named blocks of a wiring by timed ones; return the wiring and these blocks by name."""
     if not names:
         return wiring, {}
     blocks = {node.name: TimedBlock(node.block) for node in wiring.nodes if node.name in names}
@@ -185,7 +185,7 @@ _PACKAGES = ("fesloop", "numpy", "scipy", "numba", "h5py", "vqf", "osqp", "daqp"
 
 
 def describe(file: h5py.File, experiment: ExperimentSpecification) -> None:
-    """Write everything that is known before the first tick."""
+    """Write all that is known before the first tick."""
     file.attrs["format"] = FORMAT
     file.attrs["name"] = experiment.name
     file.attrs["seed"] = experiment.seed
@@ -197,7 +197,7 @@ def describe(file: h5py.File, experiment: ExperimentSpecification) -> None:
 
 
 def describe_wall(file: h5py.File, realtime: Mapping[str, str | float] | None) -> None:
-    """Make the group of what depends on the machine and the hour, with what is known of it."""
+    """Make the group of facts about machine and wall clock."""
     wall = file.create_group("wall")
     wall.attrs["started"] = datetime.now(UTC).isoformat(timespec="seconds")
     wall.attrs["machine"] = platform.platform()
@@ -249,7 +249,7 @@ class RecordingWriter:
     def _make_datasets(
         self, experiment: ExperimentSpecification, realtime: Mapping[str, str | float] | None
     ) -> None:
-        """Everything that the file will hold, empty."""
+        """Create every dataset of the file, empty."""
         describe(self._file, experiment)
         describe_wall(self._file, realtime)
         self._paced = None if realtime is None else (
@@ -300,20 +300,20 @@ class RecordingWriter:
         return self._file.create_dataset(path, shape=(0,), maxshape=(None,), chunks=(rows,), dtype=dtype)
 
     def write(self, recorder: Recorder, trial: int) -> None:
-        """Append what the recorder holds and bring it to the disk's care.
+        """Append the rows of the recorder and flush them.
 
         Raises RunError where the disk has no room left; what comes after that is not written.
         """
         self._append(list(self._tables(recorder, trial)))
 
     def write_in_pieces(self, recorder: Recorder, trial: int) -> Iterator[None]:
-        """What `write` does, a stream each time that the iterator is advanced; some tenths of a ms each."""
+        """Do the work of `write` in steps, a stream for each `next`; each takes some tenths of a ms."""
         for table in self._tables(recorder, trial):
             self._append([table])
             yield
 
     def _tables(self, recorder: Recorder, trial: int) -> Iterator[tuple[h5py.Dataset, Rows]]:
-        """What the recorder holds now, stream by stream."""
+        """Rows that the recorder has now, stream by stream."""
         blocks, plants, inputs, events = recorder.drain()
         for name, rows in blocks.items():
             dataset = self._blocks[name]
@@ -328,7 +328,7 @@ class RecordingWriter:
         yield self._events, event_rows(events, trial)
 
     def _append(self, tables: Sequence[tuple[h5py.Dataset, Rows]]) -> None:
-        """Append rows, where there is room: HDF5 does not survive a write that fails."""
+        """Append rows if there is space: HDF5 does not survive a failed write."""
         if self._full or not tables:
             return
         free = free_bytes(self.path)
@@ -344,14 +344,14 @@ class RecordingWriter:
             raise
 
     def write_step_times(self, blocks: Mapping[str, TimedBlock]) -> None:
-        """Append how long the steps of timed blocks took."""
+        """Append the durations of the steps of timed blocks."""
         self._append([(self._step_times[name], np.array(block.durations_ns, np.int64))
                       for name, block in blocks.items()])
         for block in blocks.values():
             block.durations_ns.clear()
 
     def write_wall(self, pacer: Pacer, trial: int) -> None:
-        """Take out and append how a trial in step with the wall clock went."""
+        """Append the instants of a trial in real time."""
         if self._paced is not None:
             instants, origins = self._paced
             begun = np.array([(trial, *origin) for origin in pacer.origins], ORIGINS)
@@ -367,7 +367,7 @@ class RecordingWriter:
         self._append([(self._messages, np.array(rows, MESSAGES))])
 
     def close(self, status: str, seconds: float, realtime: Mapping[str, int | float] | None = None) -> None:
-        """Write how the run ended, and in real time how that went; close the file. RunError if that fails."""
+        """Write how the run ended and the statistics of real time, and close. RunError if that fails."""
         try:
             with writing(self.path):
                 for name, value in {"seconds": seconds, **(realtime or {})}.items():

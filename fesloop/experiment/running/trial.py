@@ -1,4 +1,4 @@
-"""Running an experiment: trial after trial, in stretches, into a recording."""
+"""Run of an experiment: trial after trial, in stretches, into a recording."""
 
 from __future__ import annotations
 
@@ -74,13 +74,13 @@ class Rehearsals:
 
 
 def without_stand_in(wiring: Wiring) -> list[str]:
-    """Names of the nodes that would notice a rehearsal, which is left out for them."""
+    """Names of the nodes that a rehearsal would affect; with any of them there is none."""
     return [node.name for node in wiring.nodes
             if offers(node.part, Closes) and not offers(node.part, HasStandIn)]
 
 
 def _way_round_ns(wiring: Wiring) -> int:
-    """No message takes longer through the wires and blocks of the loop, each passed once."""
+    """Upper bound of the time that a message takes through all wires and blocks, each passed once."""
     wires = [connection.wire for connection in wiring.connections]
     return (sum(wire.latency_ns + (wire.jitter.most_ns or 0) for wire in wires)
             + sum(node.execution.most_ns or 0 for node in wiring.nodes))
@@ -103,7 +103,7 @@ def _plain(node: Node) -> Node:
 
 
 class Interrupt:
-    """Whether somebody has asked the run to stop."""
+    """A request to stop the run."""
 
     def __init__(self) -> None:
         self.asked = False
@@ -231,7 +231,7 @@ class UnderWay:
 
     @property
     def outcome(self) -> dict[str, int | float] | None:
-        """What a recording says in the end of how a run kept in step; None of one that need not."""
+        """Statistics of a run in real time for its recording; None for other runs."""
         if self.in_step is None:
             return None
         return {**self.in_step.outcome, "worst_write_ms": self.worst_write_ns / NS_PER_MS}
@@ -253,7 +253,7 @@ _COLLECT_AFTER = 100_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """What came of a run.
+    """Result of a run.
 
     Attributes
     ----------
@@ -282,7 +282,7 @@ class Result:
     realtime: dict[str, Any] = field(default_factory=dict)
 
     def as_table(self) -> dict[str, Any]:
-        """What `fesloop run --json` prints; `realtime` only of a run that was, `cause` of one that failed."""
+        """Tables that `fesloop run --json` prints; `realtime` only of real time, `cause` of a failure."""
         told = {"experiment": self.experiment, "seed": self.seed, "status": self.status,
                 "recording": str(self.recording), "metrics": self.metrics, "wall_s": self.wall_s,
                 "realtime_factor": self.realtime_factor}
@@ -332,7 +332,7 @@ def run(experiment: ExperimentSpecification, out: Path, *, realtime: bool | Paci
 
 
 def _refuse_live(experiment: ExperimentSpecification) -> None:
-    """A live stream cannot be heard faster or slower than it comes. Raises InputError naming the first."""
+    """Raise InputError for a live stream in a run that is not in real time."""
     for node in experiment.wiring.nodes:
         if is_live(node):
             raise InputError(f"blocks.{node.name}", "is live: it runs in step with the wall clock only",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.joints import held
-from fesloop.experiment.metrics.missing import given_signal
+from fesloop.experiment.metrics.stimulation import given_signal
 from fesloop.hand.movements import muscle
 from fesloop.show.picture.arrays import CUT_DEG, motor_points, placed_labels, unrolled
 from fesloop.show.report import svg
