@@ -1,13 +1,13 @@
-"""Run every shipped experiment, its variants and each study in its small form, and doubt the results.
+"""Runs every shipped experiment with its variants, and checks that results are plausible; studies on request.
 
     plausible.py [--only NAME]... [--workers N] [--studies] [--json FILE]
 
-A run is doubted when an initial pose or a calibration failed, when a pulse left the safety block before each
-tracker that needs stillness was aligned, when a metric is none without a reason in words, when one lies
-outside what a hand, a tracker or a stimulator can do, or when an event is not explained in docs/events.md.
-A sweep or a study is doubted when an error falls, beyond its 95 % interval, while latency or a tracker's
-error grows. What is doubted and right stands in EXPLAINED, with its reason. Ends with 1 if anything else is
-doubted.
+A run is doubtful when an initial pose or a calibration fails, when a pulse leaves the safety block before
+each tracker that needs stillness is aligned, when a metric is none without a reason in words, when one is
+outside what a hand, a tracker or a stimulator can do, or when docs/events.md does not explain an event. A
+sweep or a study is doubtful when an error falls, beyond its 95 % interval, while latency or a tracker's error
+grows.
+EXPLAINED lists doubts that are right, with the reason. Exits with 1 if there is any other doubt.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ RECORDINGS = Path(os.environ.get("FESLOOP_RECORDINGS", ROOT.parent / "shared" / 
 BODY16 = RECORDINGS / "body16" / "qmt_full_body_example_data.mat"
 
 SETTINGS = {"grasp_ilc": ["trials=2"], "open_close_ilc": ["trials=2"], "tracker_hour": ["duration_s=120"]}
-"""What keeps long experiments short without leaving anything of them out."""
+"""Settings that shorten long experiments without leaving out any part of them."""
 LEFT_OUT = {"array_search_exhaustive", "array_search_magnets", "array_search_two_phase", "hil_live",
             "hil_dry_stimulator", "hil_twin", "hil_error_replay", "hil_replay", "replay"}
-"""Long searches beside `array_search_gp`, and what wants a stream, a clock or a file (tests run them)."""
+"""Experiments left out: long searches, and those that need a stream, a clock or a file (tests run them)."""
 SKIPPED = {("plant", "myohand"), ("tracker", "error_replay"), ("reference", "recorded")}
-"""Options that want an extra or a file."""
+"""Options that need an extra or a file."""
 SWEEPS = {
     "grasp_mpc": ("tracker_latency_ms", (0, 100, 200), (1, 2, 3)),
     "finger_mpc": ("latency_ms", (0, 50, 150), (1, 2, 3, 4)),
     "finger_pid_latency": ("latency_ms", (0, 50, 100, 150), (1, 2, 3, 4)),
     "pinch_mpc": ("tracker_latency_ms", (0, 100), (1, 2, 3)),
 }
-"""Latency by experiment: its setting, values in ms, and seeds."""
+"""Setting, latencies in ms and seeds by experiment."""
 
 REPLICATES = 3
-"""Runs of each cell of a study, at least."""
+"""Least number of runs of each cell of a study."""
 BOUNDS = (
     (r"(.*[_.])?(joint|tracker)_rmse_deg|(.*\.)?split.*", 0.0, 90.0),
     (r"(orientation|heading|inclination).*_deg", 0.0, 180.0),
@@ -65,7 +65,7 @@ BOUNDS = (
     (r"charge_uc", 0.0, 1e7),
     (r"grasps_until_fatigue", 0.0, 1e4),
 )
-"""What is possible of a metric, by its path."""
+"""Possible range of a metric, by its path."""
 ERRORS = re.compile(r"error|rmse|_deg$")
 WORSE = re.compile(r"latency|jitter|loss|dropout|silence|misalignment|magnet|noise|bias|drift|delay|error")
 
@@ -75,7 +75,7 @@ EXPLAINED = {
     r"^finger_pid_latency: joint_rmse_deg over latency_ms falls":
         "PID set by hand is slow to follow; latency takes damping from it, which is faster up to 70 ms",
 }
-"""What is doubted and right: a pattern of the doubt, and why it is so."""
+"""Doubts that are right: pattern, and reason."""
 
 
 class Case(NamedTuple):
@@ -91,7 +91,7 @@ class Case(NamedTuple):
 
 
 def cases(only: Sequence[str]) -> Iterator[Case]:
-    """Each shipped experiment as it is, and with each option of each variant."""
+    """Each shipped experiment with its defaults, and with each option of each variant."""
     from fesloop.experiment.files.parse import read
     from fesloop.experiment.files.source import shipped
 
@@ -108,14 +108,14 @@ def cases(only: Sequence[str]) -> Iterator[Case]:
 
 
 def sweep_cases(only: Sequence[str]) -> Iterator[Case]:
-    """Latencies by seeds."""
+    """Each latency with each seed."""
     for name, (key, values, seeds) in SWEEPS.items():
         if not only or name in only:
             yield from (Case(name, (f"{key}={value}",), seed) for value in values for seed in seeds)
 
 
 def run(case: Case) -> tuple[Case, dict[str, Any], list[str]]:
-    """Metrics of a run, and what is doubtful about it."""
+    """Metrics of a run, and its doubts."""
     from fesloop import Recording, load
 
     experiment = load(case.name, list(case.settings), case.seed)
@@ -128,7 +128,7 @@ def run(case: Case) -> tuple[Case, dict[str, Any], list[str]]:
 
 
 def events_doubted(recording: Any) -> Iterator[str]:
-    """Poses that failed, and events that no page explains."""
+    """Failed poses, and events that no page explains."""
     explained = set(re.findall(r"`(\w+)`", EVENTS.read_text())) if EVENTS.exists() else set()
     for status, where, detail in sorted({(e.status, e.where, e.detail) for e in recording.events}):
         if status in ("initial_pose_failed", "calibration_failed"):
@@ -138,7 +138,7 @@ def events_doubted(recording: Any) -> Iterator[str]:
 
 
 def pulses_doubted(recording: Any, nodes: Sequence[Any]) -> Iterator[str]:
-    """Pulses that left a guard before every tracker that needs stillness was aligned."""
+    """Pulses that leave a guard before every tracker that needs stillness is aligned."""
     guards = [node.name for node in nodes if getattr(node.part, "guards", False)]
     still = [f"{node.name}.{output}" for node in nodes
              if (output := getattr(node.part, "needs_stillness", ""))]
@@ -158,7 +158,7 @@ def pulses_doubted(recording: Any, nodes: Sequence[Any]) -> Iterator[str]:
 
 
 def flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, list[Any]]]:
-    """Metrics by dotted path, a value a trial."""
+    """Metrics by dotted path, one value per trial."""
     for name, value in metrics.items():
         at = f"{path}.{name}" if path else name
         if name == "missing":
@@ -170,7 +170,7 @@ def flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, list
 
 
 def metrics_doubted(metrics: Mapping[str, Any]) -> Iterator[str]:
-    """Metrics that are none without a reason, or beyond what is possible."""
+    """Metrics that are none without a reason, or outside the possible range."""
     reasons = metrics.get("missing", {})
     for name, values in flat(metrics):
         limits = next(((low, high) for pattern, low, high in BOUNDS if re.fullmatch(pattern, name)), None)
@@ -185,7 +185,7 @@ def metrics_doubted(metrics: Mapping[str, Any]) -> Iterator[str]:
 
 def falls(levels: Sequence[float], values: Sequence[Sequence[float]], name: str,
           comparisons: int = 1) -> Iterator[str]:
-    """Where the mean of an error falls from a level to the next by more than its 95 % interval.
+    """Levels at which the mean of an error falls from the one before by more than its 95 % interval.
 
     Values are (levels, seeds), the same seeds at each level: the interval is of the paired difference, and
     of all `comparisons` together (Bonferroni).
@@ -217,7 +217,7 @@ def sweeps_doubted(found: Mapping[Case, Mapping[str, Any]]) -> Iterator[tuple[st
 
 def courses_of(table: Any, axes: Sequence[str], metrics: Sequence[str]) -> Iterator[
         tuple[list[float], list[list[float]], str]]:
-    """Errors over each axis that makes things worse: levels, values (levels, pairs), and what is compared.
+    """Errors over each axis that makes things worse: levels, values (levels, pairs), and a description.
 
     One course for each choice of options on the other axes; replicates and their numeric levels make pairs.
     """
@@ -234,7 +234,7 @@ def courses_of(table: Any, axes: Sequence[str], metrics: Sequence[str]) -> Itera
 
 
 def study_doubted(name: str, workers: int) -> Iterator[str]:
-    """Runs of a small study that failed, and errors of its tables that fall; replicates make the interval."""
+    """Failed runs of a small study, and errors of its tables that fall; replicates give the interval."""
     from fesloop.analysis.study import load, read_study, run_study, study_of
 
     document = dict(read_study(name).document)
@@ -253,12 +253,12 @@ def study_doubted(name: str, workers: int) -> Iterator[str]:
 
 
 def explained(doubt: str) -> str:
-    """Why what is doubted is right; "" if nobody has said so."""
+    """Reason why a doubt is right; "" where none is known."""
     return next((why for pattern, why in EXPLAINED.items() if re.search(pattern, doubt)), "")
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Print what is doubted; exit code."""
+    """Print all doubts; exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--only", action="append", default=[])
     parser.add_argument("--workers", type=int, default=2)
