@@ -15,10 +15,6 @@ settings.register_profile("fesloop", deadline=None, suppress_health_check=[Healt
 settings.load_profile("fesloop")
 
 ROOT = Path(__file__).resolve().parent.parent
-STREAMS_LIVE = ("tests/streams/live", "tests/bench/test_lsl", "tests/bench/test_stream_faults",
-                "tests/view/test_posture_stream")
-"""Tests that send and receive over Lab Streaming Layer, which every process of a network hears."""
-
 ORDER = {**dict.fromkeys(("conformance", "controllers", "estimators", "hand", "loop", "models", "plants"), 0),
          **dict.fromkeys(("experiment", "picture", "tracker_error"), 2)}
 """Tests that compile what they are about come first, tests of what is made of it last: of two processes that
@@ -46,13 +42,11 @@ def peers():
 
 
 def pytest_collection_modifyitems(items):
-    """Mark tests that use a browser, group those whose streams find each other by name, and order all."""
+    """Mark tests that use a browser, and order all."""
     items.sort(key=lambda item: ORDER.get(item.path.relative_to(ROOT).parts[1], 1))
     for item in items:
         if "chromium" in item.fixturenames:
             item.add_marker(pytest.mark.browser)
-        if item.path.relative_to(ROOT).as_posix().startswith(STREAMS_LIVE):
-            item.add_marker(pytest.mark.xdist_group("live streams"))
 
 
 def pytest_collection_finish():

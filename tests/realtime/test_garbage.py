@@ -24,7 +24,7 @@ def cycle():
     return weakref.ref(Node())
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def nothing_frozen():
     """What the tests' own set-up has frozen is released for the time of a test."""
     gc.unfreeze()
@@ -39,7 +39,7 @@ def at_once(monkeypatch):
 
 
 @pytest.mark.parametrize("enabled", [True, False])
-def test_everything_is_afterwards_as_before(enabled):
+def test_everything_is_afterwards_as_before(enabled, nothing_frozen):
     was = gc.isenabled()
     (gc.enable if enabled else gc.disable)()
     try:

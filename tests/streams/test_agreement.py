@@ -76,6 +76,7 @@ def test_wrong_rates_never_agree_however_rough_the_motion(seed, factor, shaking,
         assert found.factor == pytest.approx(factor, rel=0.3)
 
 
+@pytest.mark.slow
 @given(seed=SEEDS, factor=st.one_of(st.floats(0.1, 0.7), st.floats(1.4, 10.0)))
 @QUICK
 def test_a_wrong_sampling_rate_is_a_scale_of_all_sensors(seed, factor):
@@ -95,6 +96,7 @@ def test_exchanged_gyroscopes_are_found_with_their_owner(seed, order):
                                                 for number in range(3)]
 
 
+@pytest.mark.slow
 @given(seed=SEEDS, number=st.integers(1, 47))
 @QUICK
 def test_axes_and_units_at_once_are_found(seed, number):
@@ -106,6 +108,7 @@ def test_axes_and_units_at_once_are_found(seed, number):
         assert found.factor == pytest.approx(1.0 / 57.2958, rel=0.1)
 
 
+@pytest.mark.slow
 @given(seed=SEEDS)
 @QUICK
 def test_a_gyroscope_that_is_dead_or_of_another_motion_disagrees(seed):
@@ -115,6 +118,7 @@ def test_a_gyroscope_that_is_dead_or_of_another_motion_disagrees(seed):
         assert found.verdict == "disagrees"
 
 
+@pytest.mark.slow
 @given(seed=SEEDS, number=st.integers(1, 47))
 @QUICK
 def test_lost_samples_and_gaps_change_no_verdict(seed, number):

@@ -13,15 +13,18 @@ SHORT = ["experiment.duration_s=22", "score.grasp.until_s=22"]
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("runs")
-    return [fesloop.load("hold_grip_force", [*SHORT, *settings]).run(folder)
-            for settings in ([], ["set_within_s=2"])]
+def controlled(tmp_path_factory):
+    return fesloop.load("hold_grip_force", SHORT).run(tmp_path_factory.mktemp("controlled"))
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    return fesloop.load("hold_grip_force", [*SHORT, "set_within_s=2"]).run(tmp_path_factory.mktemp("once"))
 
 
 @pytest.mark.slow
-def test_controlled_force_stays_and_force_set_once_fades(runs):
-    controlled, once = (run.metrics for run in runs)
+def test_controlled_force_stays_and_force_set_once_fades(controlled, once):
+    controlled, once = controlled.metrics, once.metrics
     assert controlled["held"] == once["held"] == [True]
     assert controlled["grip_force_rmse_n"][0] < 0.4
     assert once["grip_force_rmse_n"][0] > 2.0 * controlled["grip_force_rmse_n"][0]
@@ -29,8 +32,8 @@ def test_controlled_force_stays_and_force_set_once_fades(runs):
     assert controlled["charge_uc"][0] > once["charge_uc"][0]
 
 
-def test_posture_is_controlled_through_the_tracker_until_contact(runs):
-    with Recording(runs[0].recording) as recording:
+def test_posture_is_controlled_through_the_tracker_until_contact(controlled):
+    with Recording(controlled.recording) as recording:
         events = [(event.where, event.status, event.time_ns) for event in recording.events]
         scale = recording.signal("grip.scale")
         given = recording.signal("grip.stimulation").values[..., 1]
@@ -40,11 +43,11 @@ def test_posture_is_controlled_through_the_tracker_until_contact(runs):
     assert contact_ns > 3.5e9
     np.testing.assert_array_equal(given[before], asked[before])
     assert scale.values[-1] > 1.5
-    assert runs[0].metrics["tracker_rmse_deg"][0] < 2.0
+    assert controlled.metrics["tracker_rmse_deg"][0] < 2.0
 
 
-def test_a_clinician_reads_all_of_it(runs):
-    metrics = runs[0].metrics
+def test_a_clinician_reads_all_of_it(controlled):
+    metrics = controlled.metrics
     for name in ("held", "held_s", "time_to_grasp_s", "grip_margin", "wrist_extension_deg",
                  "unwanted_motion_deg", "charge_uc", "grasps_until_fatigue"):
         assert len(metrics[name]) == 1
