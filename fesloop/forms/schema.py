@@ -49,7 +49,7 @@ class FileBacked(Protocol):
 
     Attributes
     ----------
-    FILE_KEYS: what stands beside `file` in a table {file = "..."}, by name, and of which type.
+    FILE_KEYS: further keys of a table {file = "..."}, each with its type.
     OFFERED_BY: the method by which a plant offers its own; empty where none does.
     """
 

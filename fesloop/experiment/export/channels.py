@@ -39,7 +39,7 @@ def row_names(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _vector(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
-    """Of a signal of shape (n,): freedoms, sums of them, muscles or fingers."""
+    """Names of the elements of a signal of shape (n,): freedoms, sums of them, muscles or fingers."""
     rows = block.get("rows") or ()
     if signal.unit in _ANGULAR and len(rows) == signal.shape[0]:
         return tuple(str(row) for row in rows)
@@ -53,7 +53,7 @@ def _vector(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _matrix(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
-    """Of a signal of shape (n, ...): fingertips, or what sensors sit on."""
+    """Names of the rows of a signal of shape (n, ...): fingertips, or the segments of sensors."""
     count = signal.shape[0]
     if signal.port.startswith("fingertip"):
         return FINGERS
@@ -87,7 +87,7 @@ Quantity = Literal["acceleration", "rate", "field", "orientation", "joint_angle"
 _OF_UNIT: dict[str, Quantity] = {"m/s^2": "acceleration", "rad/s": "rate", "T": "field", "m": "position",
                                  "m/s": "velocity"}
 _PARTS = {"A,s": ("current", "width"), "A,s,Hz": ("current", "width", "frequency")}
-"""Of signals whose last axis holds several quantities."""
+"""Components of signals whose last axis has several quantities."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ class Channel:
 
 
 def quantity(signal: TableSignal) -> Quantity:
-    """What a signal measures, as its unit, shape and port say; "other" for what is no motion."""
+    """Quantity of a signal, by its unit, shape and port; "other" if it is no motion."""
     if signal.port == "sd" or signal.port.endswith("_sd") or not signal.shape:
         return "other"
     if signal.unit == "rad" and len(signal.shape) == 1:

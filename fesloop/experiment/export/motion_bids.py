@@ -165,7 +165,7 @@ def write(selection: Selection, folder: Path) -> list[str]:
 
 
 def _write_dataset(selection: Selection, folder: Path) -> None:
-    """What there is once a dataset."""
+    """Write the files that a dataset has once."""
     _write_json(folder / "dataset_description.json", dataset(selection))
     (folder / "README.md").write_text(readme(selection), encoding="utf-8")
     _write_table(folder / "participants.tsv", [["participant_id"], [_SUBJECT]])

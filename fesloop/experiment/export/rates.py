@@ -1,4 +1,4 @@
-"""Sampling rates, as the stamps of a signal say them."""
+"""Sampling rates, computed from the stamps of a signal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fesloop.streams.timebase import simplest_rate
 
 _NONE = Fraction(0)
 _WHOLE_NS = 2.0
-"""How far instants in whole ns may be from evenly spaced ones: the first and any other are rounded down."""
+"""Tolerance, ns, between instants in whole ns and evenly spaced ones: two of them are rounded down."""
 _ROUNDING = 1e-15
 """Relative, of a product and a quotient of doubles."""
 

@@ -1,4 +1,4 @@
-"""Where an export goes: a hidden draft beside it, and its name once it is whole."""
+"""Target of an export: a hidden draft beside it, renamed once it is complete."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _publish(draft: Path, target: Path, single: bool) -> None:
 
 
 def _told(target: Path, fault: OSError) -> RunError:
-    """What went wrong; a recording that cannot be read says so itself."""
+    """Error for a target that cannot be written."""
     if fault.errno in (errno.ENOSPC, errno.EDQUOT):
         return RunError(f"--out {target}: the disk is full; make room, or give another folder; "
                         "nothing was exported")

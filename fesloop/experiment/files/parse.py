@@ -97,7 +97,7 @@ def _with_alias(fault: InputError, document: dict[str, Any]) -> InputError:
 def _blocks_of_no_kind(document: dict[str, Any], kinds: Kinds) -> list[tuple[str, Any]]:
     blocks = document.get("blocks")
     tables = blocks.items() if isinstance(blocks, dict) else ()
-    known = list(kinds)  # compared, not hashed: what stands there may be a list
+    known = list(kinds)  # compared, not hashed: the value may be a list
     return [(name, table) for name, table in tables
             if isinstance(table, dict) and table.get("kind") not in known]
 
@@ -307,7 +307,7 @@ def _node(name: str, table: dict[str, Any], kinds: Kinds, nodes: Mapping[str, No
 def _followed_clock(where: str, table: dict[str, Any], nodes: Mapping[str, Node | None]) -> Clock | None:
     """Clock of the node whose clock a block follows."""
     if "rate" in table:
-        raise InputError(where, "stands beside a rate", "one of clock and rate", "remove one of the two")
+        raise InputError(where, "both `clock` and `rate` are given", remedy="remove one")
     sampled = [name for name, node in nodes.items() if node is not None and not node.is_plant]
     node = nodes.get(table["clock"])
     if node is None or node.is_plant:

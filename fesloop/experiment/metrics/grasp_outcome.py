@@ -140,7 +140,7 @@ class ObjectCourse:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What became of the object: a word of `OUTCOMES`; how far it moved in the hand during the hold, m, NaN
+    """Outcome of the object: a word of `OUTCOMES`; how far it moved in the hand during the hold, m, NaN
     where it was not in the hand then; and how long from the hold's start it stayed, s."""
 
     word: str

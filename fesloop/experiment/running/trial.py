@@ -31,9 +31,9 @@ from fesloop.loop.wiring import Wiring
 
 _MOMENT_NS = NS_PER_S // 10
 _LONGEST_NS = 2 * NS_PER_S
-"""Of simulated time, whatever wires take (chosen: a loop that keeps pace needs no longer for it)."""
+"""Simulated time of a rehearsal, besides wires (chosen: a loop that keeps pace takes no longer)."""
 _LONGEST_WALL_S = 1.0
-"""Where the wall clock does not count, no stretch of the rehearsal begins later, however dense ticks are."""
+"""Latest start, s of wall time, of a stretch of the rehearsal outside real time, however dense ticks are."""
 
 
 class Rehearsals:
