@@ -1,4 +1,4 @@
-"""Where levels of an axis stand in a figure: numbers to scale, text one apart."""
+"""Positions of the levels of an axis in a figure: numbers to scale, text one apart."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _MOST_LABELLED = 20
-"""Levels of a number beyond which round numbers are labelled instead."""
+"""Most numeric levels that are labelled; of more, round numbers are labelled."""
 _LETTER_PT, _GAP_PT, _LINE_PT = 4.9, 3.0, 11.0
 """Width of a digit of a label, what is between two labels, and height of a line, points."""
 _MARGIN = 0.04
 _BESIDE_IN = 0.75
-"""What of a panel is taken by its labels and title, inches."""
+"""Part of a panel that its labels and title take, inches."""
 _LONG_ROW = 34
-"""Letters of a row of text that fit side by side."""
+"""Most letters of labels that fit side by side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,17 +47,17 @@ class AxisScale:
 
     @property
     def places(self) -> Array:
-        """Of the levels, (levels,)."""
+        """Positions (levels,) of the levels."""
         if self.kind == "even":
             return np.arange(len(self.levels), dtype=np.float64)
         return np.array(self.levels, dtype=np.float64)
 
     def places_of(self, levels: Sequence[AxisLevel]) -> Array:
-        """Of some of the levels."""
+        """Positions of some of the levels."""
         return np.asarray(self.places[[self.levels.index(level) for level in levels]])
 
     def along(self, numbers: ArrayLike) -> Array:
-        """Where any numbers stand, such as those of theory; NaN for what is beyond levels one apart."""
+        """Positions of any numbers, such as those of theory; NaN beyond the ends of evenly spaced levels."""
         x = np.asarray(numbers, dtype=np.float64)
         if self.kind != "even":
             return x
@@ -103,7 +103,7 @@ class AxisScale:
 
     @property
     def longest(self) -> int:
-        """Letters of the longest level."""
+        """Number of letters of the longest level."""
         return max(len(level_text(level)) for level in self.levels)
 
     @property

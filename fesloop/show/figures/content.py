@@ -1,4 +1,4 @@
-"""What a figure of a study is made of: cells, panels, lines, and how they are called."""
+"""Description of a figure of a study, from which files and pages draw it: cells, panels, lines, labels."""
 
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fesloop.show.figures.axis_scale import AxisScale
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Overlay:
-    """A line over a figure.
+    """Line over a figure, such as theory beside simulation.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Overlay:
 
 
 def check_overlays(results: StudyResults, figure: Figure, overlays: Sequence[Overlay]) -> None:
-    """Raise InputError for one that does not fit the figure."""
+    """Raise InputError for an overlay that does not fit the figure."""
     for overlay in overlays:
         where = f"overlay {overlay.label!r}"
         if not is_numeric(results.axes[figure.x]):
@@ -91,7 +91,7 @@ class Content:
 
     @property
     def factor(self) -> float:
-        """From values to what is shown."""
+        """Factor from values to shown numbers."""
         return 100.0 if self.share else 1.0
 
     @property
@@ -123,13 +123,13 @@ class Content:
         return AxisScale(levels, "log" if declared == "log" and float(levels[0]) > 0.0 else "linear")
 
     def on(self, panel: AxisLevel | None, line: AxisLevel | None = None) -> list[Estimate]:
-        """Cells of a panel, and of a line if asked."""
+        """Cells of a panel, or of one of its lines."""
         axes = [(axis, level) for axis, level in ((self.figure.panels, panel), (self.figure.by, line))
                 if axis is not None and level is not None]
         return [cell for cell in self.cells if all(cell.levels[axis] == level for axis, level in axes)]
 
     def overlays_on(self, panel: AxisLevel | None) -> list[Overlay]:
-        """Those that belong on a panel."""
+        """Overlays of a panel."""
         return [overlay for overlay in self.overlays if overlay.panel is None
                 or (panel is not None and level_text(overlay.panel) == level_text(panel))]
 
@@ -148,16 +148,16 @@ class Content:
         return called(axis, table.get("label", ""), table.get("unit", ""))
 
     def axis_name(self, axis: str) -> str:
-        """Of an axis without its unit."""
+        """Name of an axis without its unit."""
         return self._called(axis)[0]
 
     def axis_label(self, axis: str) -> str:
-        """Of an axis, as its study file calls it."""
+        """Label of an axis, with its unit."""
         return with_unit(*self._called(axis))
 
     @property
     def metric_label(self) -> str:
-        """Of the metric; shares are shown in percent."""
+        """Label of the metric, with its unit; shares are in percent."""
         figure = self.figure
         return with_unit(*called(figure.metric, figure.label, figure.unit or ("%" if self.share else "")))
 
@@ -174,12 +174,12 @@ class Content:
 
     @property
     def title(self) -> str:
-        """The figure's own, else what it shows of which study."""
+        """Title of the figure: its own, or else study and metric."""
         metric, _ = called(self.figure.metric, self.figure.label)
         return self.figure.title or f"{self.results.name}: {metric}"
 
     def caption(self, *, intervals: bool) -> str:
-        """What the numbers are, and what is no part of them; `intervals`: whether these are shown."""
+        """Caption: definition of the numbers and runs left out; `intervals`: whether these are shown."""
         first, named = self.cells[0], {axis for _, axis in self.figure.named_axes()}
         others = [axis for axis, levels in self.results.axes.items()
                   if axis not in named and len(levels) > 1]

@@ -24,7 +24,7 @@ _COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, "0.5")
 _MARKERS = "os^Dv<>P"
 _OVERLAY_STYLES = ("--", ":", "-.")
 _DODGE = 0.12
-"""How far lines are shifted past each other over text, of the distance between two levels."""
+"""Horizontal offset between lines over text levels, as a share of the distance between levels."""
 _MOST_BANDS, _BESIDE_PT = 3, 2.2
 """Bands that can be told apart where they overlap; how far bars are apart where there are more, points."""
 _FOOT, _MOST_FOOT = 0.045, 0.16
@@ -60,13 +60,13 @@ def curves(content: Content) -> Drawing:
 
 
 def _foot(content: Content) -> float:
-    """Room for crosses, as a share of the axis."""
+    """Room for crosses below the data, as a share of the axis."""
     lost = any(cell.failed and not cell.runs for cell in content.cells)
     return min(_MOST_FOOT, _FOOT * (len(content.lines) + 0.6)) if lost else 0.02 if content.share else 0.0
 
 
 def _colour(content: Content, number: int) -> Any:
-    """Of a line: told apart where it is a kind, in order where it is a number."""
+    """Colour of a line: distinct for text levels, ordered for numbers."""
     by, lines = content.figure.by, content.lines
     if by is None or not is_numeric(content.results.axes[by]) or len(lines) < 3:
         return _COLOURS[number % len(_COLOURS)]
@@ -76,18 +76,18 @@ def _colour(content: Content, number: int) -> Any:
 
 
 def _x(content: Content, cells: Sequence[Estimate], line: int) -> Array:
-    """Places of cells; over text lines stand beside each other."""
+    """Positions of cells; over text levels, lines are offset from each other."""
     at = content.x.places_of([cell.levels[content.figure.x] for cell in cells])
     return at if content.x.numeric else at + _DODGE * (line - 0.5 * (len(content.lines) - 1))
 
 
 def _is_joined(content: Content) -> bool:
-    """Whether what is between the levels of x can be told from them."""
+    """Return whether values between the levels of x may be interpolated."""
     return content.x.numeric and not content.drawn
 
 
 def _beside(axes: Axes, lines: float) -> Transform:
-    """A shift to the right, so that what belongs to different lines stands apart."""
+    """Shift to the right that separates the marks of lines."""
     from matplotlib.transforms import ScaledTranslation
 
     return ScaledTranslation(lines * _BESIDE_PT / 72.0, 0.0, axes.figure.dpi_scale_trans)
@@ -147,7 +147,7 @@ def _draw_overlays(axes: Axes, content: Content, panel: AxisLevel | None) -> Non
 
 
 def _key(content: Content) -> dict[str, Any]:
-    """Of lines and overlays, and of failed runs where there are any; by label."""
+    """Key of lines, overlays and failed runs, by label."""
     from matplotlib.lines import Line2D
 
     found: dict[str, Any] = {}

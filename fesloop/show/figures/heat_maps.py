@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def decimals_of(cells: Sequence[Estimate]) -> int:
-    """So many that the largest value has three digits; none of a share, which is in percent."""
+    """Number of decimals with which the largest value has three digits; none for shares in percent."""
     if cells[0].statistic == "share":
         return 0
     largest = max((abs(cell.value) for cell in cells if np.isfinite(cell.value)), default=0.0)
@@ -37,12 +37,12 @@ def decimals_of(cells: Sequence[Estimate]) -> int:
 
 
 def value_text(cell: Estimate, decimals: int) -> str:
-    """As it is written into a cell."""
+    """Text of a value in its cell."""
     return f"{100.0 * cell.value:.0f}" if cell.statistic == "share" else f"{cell.value:.{decimals}f}"
 
 
 def interval_text(cell: Estimate, decimals: int) -> str:
-    """Its ends; empty where it has none."""
+    """Text of an interval; empty without one."""
     if not np.isfinite(cell.high - cell.low):
         return ""
     factor = 100.0 if cell.statistic == "share" else 1.0
@@ -52,7 +52,7 @@ def interval_text(cell: Estimate, decimals: int) -> str:
 _LARGEST, _SMALLEST = 8.5, 5.5
 """Sizes of text, points."""
 _WIDE, _HIGH = 0.67, 1.25
-"""Of a digit and of a line, as shares of the size of the text."""
+"""Width of a digit and height of a line, relative to the size of the text."""
 _FILLED = 0.9
 """Share of a cell that text may fill."""
 _SMALLER, _LINES = 0.8, 2.2
@@ -110,7 +110,7 @@ def _room_for_intervals(squares: Sequence[_Square], decimals: int) -> bool:
 
 
 def _fitting(square: _Square, text: str, lines: float) -> tuple[float, bool]:
-    """Size of text that fits, points, and whether it is turned upright."""
+    """Size of text that fits a square, points, and whether it is rotated."""
     level = min(_LARGEST, square.width / (_WIDE * len(text)), square.height / (_HIGH * lines))
     if level >= _SMALLEST or lines > 1.0:
         return level, False
@@ -195,7 +195,7 @@ def _colours() -> Colormap:
 
 
 def _scale(content: Content) -> Normalize:
-    """One for all panels."""
+    """Colour scale of all panels."""
     from matplotlib.colors import Normalize
 
     return Normalize(*colour_ends(content))
@@ -272,7 +272,7 @@ def _colour_bar(drawing: Drawing, every: Sequence[Axes], colours: Colormap, norm
 
 
 def _key(content: Content) -> dict[str, Any]:
-    """Of overlays, and of what tells of failed runs where there are any; by label."""
+    """Key of overlays and failed runs, by label."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -1,4 +1,4 @@
-"""Title above, panels, their key, and below them what their numbers are."""
+"""Layout of figures: title, panels, key and caption."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _MOST_ABREAST = 4
 _TITLE_IN, _CAPTION_IN, _KEY_IN, _EDGE_IN = 0.2, 0.15, 0.22, 0.08
 """Heights of a line of title, caption and key, and the room about them, inches."""
 _TITLE_LETTERS, _CAPTION_LETTERS, _KEY_LETTERS = 10.5, 17.0, 14.0
-"""To an inch."""
+"""Letters per inch."""
 _HANDLE_IN = 0.6
-"""What stands before a label in a key, and about it."""
+"""Width of a handle in a key with the room around it, inches."""
 
 
 def columns_of(count: int) -> int:
@@ -63,12 +63,12 @@ def lay_out(count: int, size: tuple[float, float], title: str, caption: str, key
 
 
 def is_lowest(number: int, count: int) -> bool:
-    """Whether there is no panel below one."""
+    """Return whether a panel is in the lowest row of its column."""
     return number + columns_of(count) >= count
 
 
 def is_leftmost(number: int, count: int) -> bool:
-    """Whether there is no panel to the left of one."""
+    """Return whether a panel is in the leftmost column."""
     return number % columns_of(count) == 0
 
 
@@ -96,11 +96,11 @@ def rewrite_caption(drawing: Drawing, caption: str) -> None:
 
 
 _ROOM = 0.06
-"""Above what is drawn, as a share of what values span."""
+"""Room above the data, as a share of the range of values."""
 
 
 def curve_ends(content: Content) -> tuple[float, float]:
-    """Of the metric as it is shown, in all panels: from 0 where no value is below, shares to 100 %.
+    """Limits of the metric in all panels: from 0 if no value is negative; shares to 100 %.
 
     Intervals and theory may reach far out, as those of two replicates do, or theory where a loop is about to
     become unstable: what lies further beyond the values than these span is cut.
@@ -121,7 +121,7 @@ def curve_ends(content: Content) -> tuple[float, float]:
 
 
 def colour_ends(content: Content) -> tuple[float, float]:
-    """Of the metric as it is shown, in all panels: the figure's own, else its values'; shares to 100 %."""
+    """Ends of the colour scale in all panels: the figure's own, or those of its values; shares to 100 %."""
     known = [cell.value for cell in content.cells if np.isfinite(cell.value)]
     ends = (0.0, 1.0) if content.share or not known else (min(known), max(known))
     low, high = (own if own is not None else found

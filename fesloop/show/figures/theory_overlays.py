@@ -1,4 +1,4 @@
-"""Theory beside simulation, in the figures of a study: of those of its cells that are linear loops."""
+"""Lines of theory in the figures of a study, for cells that are linear loops."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from fesloop.loop.surroundings import is_source, put_out
 from fesloop.show.figures.content import Overlay
 
 _WITHIN_NS = NS_PER_MS // 4
-"""How closely a critical latency is found for a figure (chosen: less than a line is wide)."""
+"""Tolerance of critical latencies in figures (chosen: less than the width of a line)."""
 _AT_REST, _CRITICAL = "exact cost", "critical latency"
 
 Levels = dict[str, AxisLevel]
@@ -76,7 +76,7 @@ class _Rows:
         return sorted(chosen, key=lambda cell: cell.levels[self.figure.x])
 
     def experiment(self, cell: Cell) -> Experiment:
-        """Of a cell, without what is prepared."""
+        """Experiment of a cell, without its preparations."""
         settings = [*cell.settings, *(each for preparation in self._study.prepare.values()
                                       for each in preparation.meanwhile)]
         return self._resolver.experiment(cell.experiment, settings, self._study.about.seed)
@@ -106,7 +106,7 @@ def _at_rest(rows: _Rows, panel: AxisLevel | None, line: AxisLevel | None) -> It
 
 
 def _of_metric(figure: Figure, path: tuple[str, ...], cost: StationaryCost) -> float:
-    """What a metric comes to at rest, deg. Raises InputError for one of which theory says nothing."""
+    """Value of a metric at rest, deg. Raises InputError for a metric that theory does not cover."""
     if path == ("joint_rmse_deg",):
         return cost.joint_rms_deg
     if len(path) == 3 and (path[0], path[2]) == ("joints", "joint_rmse_deg") and path[1] in cost.names:

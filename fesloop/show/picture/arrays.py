@@ -1,4 +1,4 @@
-"""The picture of the arrays: the forearm's skin unrolled, its elements, and the motor points under them."""
+"""Picture of the arrays: unrolled skin of the forearm with elements and motor points; their stimulation."""
 
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def draw_muscles(axes: Axes, muscles: dict[str, Array | None]) -> None:
 
 
 _LETTER_MM, _HEIGHT_MM = 1.62, 3.4
-"""Room that a letter and a line of a label take on the picture of the arrays, mm of skin."""
+"""Width of a letter and height of a line of a label, mm of skin."""
 _WAYS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
 """Right, left, below, above, and between."""
 
@@ -84,11 +84,11 @@ def _overlap(a: Array, b: Array) -> float:
 
 
 CUT_DEG = -90.0
-"""Where the skin is cut open: on the ulnar side, so that the back and the front each stay whole."""
+"""Angle at which the skin is cut open: ulnar, so that the dorsal and volar halves stay whole."""
 
 
 def unrolled(places: Array, radius_mm: float) -> Array:
-    """Places (n, 2 or more): around and along, mm, the former brought to one turn from the cut on."""
+    """Places (n, 2 or more), around and along, mm, with the former wrapped to one turn from the cut."""
     turn = 2.0 * np.pi * radius_mm
     first = np.deg2rad(CUT_DEG) * radius_mm
     found = np.array(places, dtype=np.float64)
@@ -97,7 +97,7 @@ def unrolled(places: Array, radius_mm: float) -> Array:
 
 
 def motor_points(electrodes: Any) -> dict[str, Array]:
-    """Place (2,) of each muscle's motor point on the unrolled skin, mm; none where the block has none."""
+    """Place (2,) of each muscle's motor point on the unrolled skin, mm; empty without motor points."""
     points = getattr(electrodes, "motor_points", ())
     if not points:
         return {}
@@ -197,7 +197,7 @@ def _joined(points: Array) -> list[tuple[int, int]]:
 
 
 def _colours(charge: Array, highest: float) -> Array:
-    """Of elements by their charge, (n, 4)."""
+    """Colours (n, 4) of elements by their charge."""
     from matplotlib import colormaps
 
     # The darkest end of the map would hide an element's number.
@@ -243,7 +243,7 @@ def draw_motor_points(
 
 
 def _channel_key(figure: Figure, shares: Array | None, commands: Array | None) -> None:
-    """A line that says what each channel gives."""
+    """Key of channels with their current and pulse width."""
     count = max(0 if each is None else len(each) for each in (shares, commands))
     for channel in range(count):
         text = f"channel {channel}"
@@ -270,7 +270,7 @@ Instants = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stimulation:
-    """Of a recording at some instants t; None stands for what was not recorded.
+    """Stimulation at some instants t; None for signals that were not recorded.
 
     Attributes
     ----------
@@ -287,7 +287,7 @@ class Stimulation:
 def stimulation_at(
     recording: Recording, cast: Cast, trial: int, at_ns: Instants
 ) -> tuple[Stimulation, list[str]]:
-    """What is known of the stimulation, and what is not drawn for want of signals."""
+    """Stimulation at instants, and notes on missing signals."""
     commands = values_at(recording, cast.stimulation, trial, at_ns) if cast.stimulation else None
     shares = _shares(recording, cast, trial, at_ns, commands)
     charge = None
@@ -309,7 +309,7 @@ def stimulation_at(
 def _shares(
     recording: Recording, cast: Cast, trial: int, at_ns: Instants, commands: Array | None
 ) -> Array | None:
-    """The multiplexing as it was recorded, else the stimulator's own virtual electrodes."""
+    """Shares from the recorded multiplexing, or else from the stimulator's virtual electrodes."""
     if cast.multiplexing in recording.signals:
         return values_at(recording, cast.multiplexing, trial, at_ns)
     if cast.multiplexing or cast.stimulator is None or not hasattr(type(cast.stimulator.part), "shares"):

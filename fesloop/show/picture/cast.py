@@ -1,4 +1,4 @@
-"""Which blocks of a recording play which part: the hand, its trackers, what stimulates it."""
+"""Roles of the blocks in a recording: hand, trackers, electrodes, stimulator."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Player:
 
     @property
     def hand_size(self) -> HandSize:
-        """Of a hand or its tracker: the part's own `size` where it has one, else its parameter `hand`."""
+        """Size of a hand or of a tracker's hand: its `size` if it has one, else its parameter `hand`."""
         own = getattr(self.part, "size", None)
         return own if isinstance(own, HandSize) else self.part.hand
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cast:
-    """Who is in a recording; found by what kinds have and by wires, not by names.
+    """Blocks of a recording by role, found by the attributes of their kinds and by wires.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ def cast_of(recording: Recording) -> Cast:
 
 
 def _has_hand(kind: type[Any]) -> bool:
-    """Whether a kind has a parameter `hand` that is, or may be, a hand's size."""
+    """Return whether a kind has a parameter `hand` of type HandSize."""
     if not any(field.name == "hand" for field in fields(kind)):
         return False
     declared = get_type_hints(kind)["hand"]
@@ -96,13 +96,13 @@ def _has_hand(kind: type[Any]) -> bool:
 
 
 def _is(name: str, port: str, recording: Recording) -> bool:
-    """Whether a block has an output, recorded or left out."""
+    """Return whether a block has an output, recorded or not."""
     left_out = recording.experiment.get("record", {}).get("leave_out", [])
     return f"{name}.{port}" in [*recording.signals, *left_out]
 
 
 def _source(recording: Recording, target: str) -> str:
-    """The signal that is wired to an input; empty where none is."""
+    """Name of the signal that is wired to an input; empty without one."""
     wires = recording.experiment.get("wires", [])
     return next((str(wire["from"]) for wire in wires if wire["to"] == target), "")
 

@@ -1,4 +1,4 @@
-"""The picture of time courses: stimulation, muscles, joints, contact, object."""
+"""Picture of signals over time: stimulation, muscles, joints, contact, object."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ def _digit(
 
 
 def _limits(truth: Array, estimate: Array | None) -> tuple[float, float]:
-    """Of an axis of degrees: all of the truth, and of an estimate what it is most of the time."""
+    """Limits of an axis of degrees: all of the truth, and the 5th to 95th percentile of an estimate."""
     known = np.degrees(truth[np.isfinite(truth)])
     ends = [known.min(initial=0.0), known.max(initial=0.0)]
     if estimate is not None and np.isfinite(estimate).any():

@@ -1,4 +1,4 @@
-"""Every picture of a recording, written as PNG from the recording alone."""
+"""All pictures of a recording, written as PNG files."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ Progress = Callable[[float], None]
 
 @dataclass(slots=True)
 class Drawn:
-    """What became of a recording's pictures.
+    """Result of drawing a recording.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ def _require_matplotlib() -> None:
 
 
 def title_of(recording: Recording, cast: Cast, trial: int) -> str:
-    """What all pictures of a trial are headed with: which run of whom."""
+    """Title of all pictures of a trial: run, patient and hand."""
     parts = [recording.name, *([f"trial {trial}"] if recording.trials > 1 else []), f"seed {recording.seed}"]
     patient = recording.experiment.get("patient")
     if patient:
@@ -193,7 +193,7 @@ def _recorded(recording: Recording, cast: Cast, trial: int) -> tuple[int, int]:
 def _instants(
     recording: Recording, cast: Cast, trial: int, span: tuple[int, int], at_s: Sequence[float], drawn: Drawn
 ) -> Instants:
-    """As asked for, else where postures differ most, else where activations do, else spread out."""
+    """Requested instants, or those at which postures or activations differ most, or evenly spread ones."""
     if at_s:
         return requested_instants(at_s, span[1], trial)
     every = candidates(*span)
@@ -240,7 +240,7 @@ def _hand(
 def _estimate(
     recording: Recording, cast: Cast, trial: int, at_ns: Instants, truth: Posture, drawn: Drawn
 ) -> Estimate | None:
-    """Of the first tracker that has one."""
+    """Estimate of the first tracker that has one."""
     for tracker in cast.trackers:
         found = estimated_posture(recording, tracker, trial, at_ns, truth)
         if found is not None:

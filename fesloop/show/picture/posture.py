@@ -1,4 +1,4 @@
-"""Postures of a recorded hand at given instants: the true one, and as a tracker had it."""
+"""Postures of a recorded hand at given instants: the true one, and the estimate of a tracker."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
 _HALF = np.sqrt(0.5)
 _PALM_DOWN = {"left": (_HALF, 0.0, -_HALF, 0.0), "right": (0.0, _HALF, 0.0, -_HALF)}
-"""Forearm to global, palm down, fingers to the north: where nothing says otherwise."""
+"""Default orientation of the forearm: palm down, fingers to the north."""
 _HAND = 1
 """Segment of the palm."""
 
@@ -43,13 +43,13 @@ class Posture:
 
     @property
     def finite(self) -> NDArray[np.bool_]:
-        """Whether every number of an instant is one, (t,)."""
+        """Mask (t,) of instants whose numbers are all finite."""
         return np.asarray(np.isfinite(self.poses.orientation).all(axis=(1, 2))
                           & np.isfinite(self.poses.position).all(axis=(1, 2)))
 
 
 def true_posture(recording: Signals, hand: Player, trial: int, at_ns: Instants) -> Posture | None:
-    """From the sites' orientations, or from `angles`; None where neither is recorded.
+    """True posture from the sites' orientations or from `angles`; None if neither is recorded.
 
     Orientations are what a hand has; angles leave out how one person's axes are tilted. Lengths are those of
     the hand's measures.
@@ -71,7 +71,7 @@ def true_posture(recording: Signals, hand: Player, trial: int, at_ns: Instants) 
 
 
 def posture_of_angles(size: HandSize, angles: Array, forearm: Sequence[float] = ()) -> Posture:
-    """From joint angles (t, 23), rad; the wrist at the origin, the palm down where no forearm is given."""
+    """Posture from joint angles (t, 23), rad, with the wrist at the origin and by default the palm down."""
     turn = np.broadcast_to(np.array(forearm or _PALM_DOWN[size.side], dtype=np.float64), (len(angles), 4))
     return Posture(size, segment_poses(hand_tree(size), angles, Poses(turn, np.zeros((len(angles), 3)))))
 
@@ -79,7 +79,7 @@ def posture_of_angles(size: HandSize, angles: Array, forearm: Sequence[float] = 
 def estimated_posture(
     recording: Signals, tracker: Player, trial: int, at_ns: Instants, truth: Posture
 ) -> tuple[Posture, str] | None:
-    """A tracker's posture laid onto the true one, and at which segment; None where it has none yet.
+    """Posture of a tracker aligned with the true one at a segment, and that segment; None if it has none yet.
 
     A tracker has no place, and without a magnetometer no heading: its hand is laid onto the true forearm, or
     where it does not see the wrist onto the true palm.

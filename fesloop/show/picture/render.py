@@ -44,7 +44,7 @@ class Camera:
         return cls(way, right, np.cross(right, way))
 
     def seen(self, points: Array) -> Array:
-        """Where points (..., 3) appear: right, up, away from the camera, m; (..., 3)."""
+        """Points (..., 3) in the camera's axes right, up and along, m."""
         return points @ np.stack([self.right, self.up, self.along], axis=-1)
 
 

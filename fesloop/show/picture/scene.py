@@ -1,4 +1,4 @@
-"""What is around a recorded hand at an instant: the object that it may grasp, and the table."""
+"""Objects around a recorded hand: the object that it may grasp, and the table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signals of a recording as they stood at given instants, and over time, however long the run."""
+"""Values of recorded signals at given instants, and thinned over time, for runs of any length."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ which is as long as some hundreds of rows take)."""
 
 
 class Signals(Protocol):
-    """Where signals are read: a recording, or what has come of one that is being written."""
+    """Source of signals: a recording, or one that is still being written."""
 
     @property
     def signals(self) -> Sequence[str]:

@@ -1,4 +1,4 @@
-"""A recording that is being written, followed: what its loop did a moment ago."""
+"""Source of a recording that is still being written, shown with a short delay."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ _FARTHEST_NS = 5 * NS_PER_S // 2
 
 @dataclass(slots=True)
 class Head:
-    """It goes on as the wall clock does, through trial after trial, and stops where nothing is known."""
+    """Instant that is shown: it follows the wall clock from trial to trial and waits for data."""
 
     trial: int = -1
     time_ns: int = 0
@@ -170,7 +170,7 @@ RUNNING = "running"
 
 
 class FollowedRecording:
-    """What was shown last, and how far that is behind.
+    """Source that follows a recording while it is written.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ class FollowedRecording:
         return int(times[-1]) if times.size else None
 
     def _note(self, now_ns: int, newest: tuple[int, int]) -> str:
-        """How far behind this is."""
+        """Note on the delay of the view."""
         head = self._head
         silent_ns = now_ns - self._grown_ns
         if silent_ns > _SILENT_NS:
@@ -275,7 +275,7 @@ class FollowedRecording:
 
 
 def _number(time_ns: int) -> int:
-    """Of the frame that is shown then."""
+    """Number of the frame at an instant."""
     return time_ns * _PER_S // NS_PER_S
 
 

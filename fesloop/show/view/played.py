@@ -1,4 +1,4 @@
-"""A recording that is played as it was run, from any instant at any speed."""
+"""Source that plays a recording from any instant at any speed."""
 
 from __future__ import annotations
 

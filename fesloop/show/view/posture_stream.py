@@ -40,7 +40,7 @@ ALLOWED = ("channels named after the hand's freedoms (F2_mcp_flexion), MCP, PIP,
 
 @dataclass(frozen=True, slots=True)
 class StreamLayout:
-    """How a sample becomes a hand.
+    """Conversion of a sample to the poses of a hand.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class StreamLayout:
 
 
 def layout_of(channels: Sequence[Channel], count: int, size: HandSize, where: str) -> StreamLayout:
-    """What a stream's channels are.
+    """Layout of a stream's channels.
 
     Parameters
     ----------

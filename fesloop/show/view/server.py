@@ -200,7 +200,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def start_of(query: str) -> Start:
-    """What a request asks for, such as `trial=1&at=2.5&speed=0.5`.
+    """Parse the query of a request, such as `trial=1&at=2.5&speed=0.5`.
 
     Raises InputError for what is no number, or not finite.
     """

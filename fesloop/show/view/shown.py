@@ -1,4 +1,4 @@
-"""What is seen at one moment, and where it comes from."""
+"""Frames of a view, and the protocol of their sources."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _rows(poses: Array) -> list[list[float] | None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Start:
-    """What somebody asks to be shown: from where in which trial, and how fast; 0 shows one frame.
+    """Request of a viewer: trial, start and speed; at speed 0 one frame is shown.
     """
 
     trial: int = 0
@@ -69,11 +69,11 @@ class Span:
 
 
 Play = Callable[[float], Shown | None]
-"""What is seen so many seconds after the start; None where that is what was seen before."""
+"""Function from seconds since the start to a frame; None if the frame is unchanged."""
 
 
 class Source(Protocol):
-    """Where frames come from; its methods may be called by several threads at once."""
+    """Source of frames; several threads may call its methods at once."""
 
     @property
     def title(self) -> str:

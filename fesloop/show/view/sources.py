@@ -1,4 +1,4 @@
-"""Which source a path stands for."""
+"""Choice of the source for a path."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def open_recording(path: Path) -> Source:
 
 
 def _no_file(folder: Path) -> InputError:
-    """What to give instead of a folder."""
+    """Error for a folder, which suggests a recording."""
     if (folder / FILE).is_file():
         return InputError(str(folder), "is a study's folder, which holds the results of its runs",
                           "one recording", f"fesloop report {folder} shows the study")
@@ -107,5 +107,5 @@ def _may_be_growing(path: Path) -> bool:
 
 
 def _fresh(path: Path) -> bool:
-    """Whether something was written to a file lately."""
+    """Return whether a file was modified recently."""
     return time.time() - path.stat().st_mtime < _ALIVE_S

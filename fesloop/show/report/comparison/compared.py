@@ -1,4 +1,4 @@
-"""Runs that are compared: what each is called, scored and drawn as."""
+"""Runs that are compared, with their names and colours."""
 
 from __future__ import annotations
 
@@ -62,5 +62,5 @@ def _names(recordings: Sequence[Recording]) -> list[str]:
 
 
 def finite(values: Sequence[float]) -> bool:
-    """Whether any is a number."""
+    """Return whether any value is finite."""
     return bool(np.isfinite(np.asarray(values, dtype=np.float64)).any())

@@ -1,4 +1,4 @@
-"""What differs in the resolved experiments of runs: a row a key."""
+"""Section of a comparison on the differences between the resolved experiments, one row per key."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]
 
 
 def _alike(values: Sequence[Any]) -> bool:
-    """Whether all are the same; NaN is itself."""
+    """Return whether all values are equal, NaN included."""
     texts = {json.dumps(value, sort_keys=True, default=str) for value in values}
     return len(texts) == 1
 

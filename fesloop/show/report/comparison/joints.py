@@ -34,7 +34,7 @@ class _Courses:
         return self.truth.line(self.run.name, self.run.role, self.joints.index(joint), _TO_DEG)
 
     def wanted(self, joint: str) -> Line | None:
-        """What the joint was to do; None where nothing was asked of it."""
+        """Reference of the joint; None without one."""
         if self.reference is None:
             return None
         line = self.reference.line("reference", "reference", self.joints.index(joint), _TO_DEG, "dashed")
@@ -42,7 +42,7 @@ class _Courses:
 
 
 def joints_section(runs: Sequence[Compared]) -> Section | None:
-    """None where no joint is in two runs."""
+    """Section on joints; None if no joint occurs in two runs."""
     found, lost = [], []
     for run in runs:
         try:

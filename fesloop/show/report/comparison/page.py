@@ -26,7 +26,7 @@ Scored = dict[str, Any]
 
 
 def metrics_section(runs: Sequence[Compared]) -> Section:
-    """Metrics of the last trial of each, those by joint folded; what only some have is said."""
+    """Section with the metrics of each run's last trial; metrics by joint are folded."""
     flat = [dict(_flat(run.known.metrics)) for run in runs]
     keys = list(dict.fromkeys(key for each in flat for key in each))
     shown = [key for key in keys if not key.startswith((f"{_BY_JOINT} ", f"{_STEPS} "))]
@@ -117,7 +117,7 @@ def _beside(metric: str, title: str, having: Mapping[Compared, Sequence[float]])
 
 
 def sentence_of(runs: Sequence[Compared]) -> str:
-    """What went wrong, the most important first; which run has the least error, and which the most."""
+    """Summary: what went wrong, and the runs with the least and the greatest error."""
     return " ".join([*_troubles(runs), _errors(runs)])
 
 
@@ -129,7 +129,7 @@ def _troubles(runs: Sequence[Compared]) -> list[str]:
 
 
 def _errors(runs: Sequence[Compared]) -> str:
-    """Which run has the least error, and which the most."""
+    """Sentence on the runs with the least and the greatest error."""
     names = sorted({run.recording.name for run in runs})
     begin = f"{counted(len(runs), 'run')} of {listed([f'`{name}`' for name in names])}."
     for metric, title in _ERRORS:
@@ -146,7 +146,7 @@ def _errors(runs: Sequence[Compared]) -> str:
 
 
 def _in_last_trial(runs: Sequence[Compared]) -> str:
-    """Which trial is meant; runs of as many trials share it, of others each has its own."""
+    """Words for the trial that is compared."""
     begun = [run.known.begun for run in runs]
     if max(begun) == 1:
         return ""

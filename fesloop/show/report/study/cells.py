@@ -44,7 +44,7 @@ def cells_section(shown: Shown) -> Section | None:
 
 
 def failures_section(shown: Shown) -> Section | None:
-    """What failed, by cause, and where; None where nothing did."""
+    """Section on failed runs by cause and level; None if no run failed."""
     runs = shown.results.runs
     failed = (runs["status"] == FAILED).to_numpy()
     if not failed.any():

@@ -157,7 +157,7 @@ def curves(content: Content) -> Iterator[Chart]:
 
 
 def _even(content: Content) -> bool:
-    """Whether levels stand one apart."""
+    """Return whether levels are one apart."""
     return content.x.kind == "even"
 
 

@@ -22,7 +22,7 @@ from fesloop.show.report.study.shown import Shown
 
 
 def answer(shown: Shown) -> str:
-    """What was varied over what, and where the main metric came out best and worst."""
+    """Summary: axes of the study, and cells with the best and the worst value of the main metric."""
     return " ".join(filter(None, (_question(shown), _state(shown), _found(shown))))
 
 
@@ -41,7 +41,7 @@ def _question(shown: Shown) -> str:
 
 
 def _state(shown: Shown) -> str:
-    """What of it is over."""
+    """Sentence on unfinished runs."""
     results = shown.results
     if not results.planned:
         return "No run is planned."

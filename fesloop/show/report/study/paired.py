@@ -27,7 +27,7 @@ _COLUMNS = ("first", "second", "difference", "95 % interval", "p", "values", "pa
 
 
 def paired_section(shown: Shown) -> Section | None:
-    """None where no two levels can be compared."""
+    """Section with paired comparisons; None if no two levels can be compared."""
     metrics = [shown.metric, *(metric for metric in shown.results.metrics if metric != shown.metric)]
     parts = [part for axis in shown.chosen for part in _of_axis(shown, axis, metrics[:_MOST_METRICS])]
     if not parts or not shown.metric:

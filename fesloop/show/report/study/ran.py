@@ -1,4 +1,4 @@
-"""What was run: the study's file, its cost, and the versions that made its results."""
+"""Section of a study's report on its file, its cost and the versions that made its results."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fesloop.show.report.study.shown import Shown
 
 
 def ran_section(shown: Shown) -> Section:
-    """From the store alone."""
+    """Section made from the store alone."""
     results = shown.results
     about = results.study.get("study", {})
     parts: list[Part] = [Paragraph(text=about["description"])] if about.get("description") else []
@@ -53,7 +53,7 @@ def _counts(results: StudyResults) -> Iterator[list[str]]:
 
 
 def _cost(results: StudyResults) -> Iterator[list[str]]:
-    """Of every distinct run once."""
+    """Cost of the distinct runs."""
     wall_s = results.runs.drop_duplicates("id")["wall_s"].to_numpy()
     known = wall_s[np.isfinite(wall_s) & (wall_s > 0.0)]
     if len(known):

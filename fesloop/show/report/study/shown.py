@@ -1,4 +1,4 @@
-"""A study as it is shown: its results, and how axes, levels and values are called."""
+"""Results of a study with the labels of its axes, levels and values."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def better_end(results: StudyResults, metric: str) -> Better | None:
 
 @dataclass(frozen=True)
 class Shown:
-    """What a report of a study tells.
+    """Results of a study for its report.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ def value_text(value: float, low: float, high: float, sd: float, *, share: bool,
 
 
 def decimals_of(values: Sequence[float]) -> int:
-    """So many that the largest has three digits."""
+    """Number of decimals with which the largest value has three digits."""
     largest = max((abs(value) for value in values if np.isfinite(value)), default=0.0)
     exponent = int(f"{largest:.2e}".partition("e")[2])
     return min(max(2 - exponent, 0), 6) if largest > 0.0 else 0
