@@ -1,4 +1,4 @@
-"""The tracker that is held by what jointed segments share."""
+"""Tracker without magnetometers that uses the constraints of joints."""
 
 from typing import TYPE_CHECKING
 

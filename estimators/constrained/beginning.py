@@ -1,9 +1,9 @@
-"""How a joint begins: with every relative orientation that its first samples allow, until one is left.
+"""Start of a joint's filter: one hypothesis for every relative orientation that its first samples allow.
 
-Each joint has up to `ANY` filters of one kind side by side, hypotheses, the likeliest in the first place.
-They differ in heading. A hypothesis goes when what has been measured is too unlikely under it, or when it
-has met a likelier one; the joint is then known from motion, and costs one filter as before. (A single
-linearised filter that begins with the wrong one of a saddle's two headings may stay there.)
+Each joint has up to `ANY` equal filters, hypotheses of its heading, the likeliest first. A hypothesis is
+dropped when the measurements are too unlikely under it, or when it coincides with a likelier one; with one
+left, the joint costs one filter. (A single linearised filter that starts at the wrong one of a saddle's two
+headings may stay there.)
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from fesloop.hand.quaternion_kernels import conjugate, multiply, rotation_angle
 
 Array = NDArray[np.float64]
 ANY = 4
-"""How many headings stand for all: a filter finds its way from an eighth of a turn away (chosen)."""
+"""Number of hypotheses for an unknown heading: a filter converges from an eighth of a turn away (chosen)."""
 ANY_SD = math.pi / 4.0
-"""Sd of each of them, rad: a share that overlaps with its neighbours' (chosen)."""
+"""Sd of each of them, rad, so that neighbours overlap (chosen)."""
 _KNOWN = 0.5
-"""Sd of a heading, rad, below which axes are believed to tell it (chosen)."""
+"""Sd of a heading, rad, below which axes determine it (chosen)."""
 
 
 def first_orientations(kind: int, axes: Array, up: Array, axis_sd: float) -> tuple[Array, float]:
-    """Child to parent, (h, 4), the nearest to the joint's zero first, and the sd of each's heading, rad.
+    """Orientations child to parent, (h, 4), nearest to the joint's zero first, and their headings' sd, rad.
 
-    h is 1 for a hinge, 2 for a saddle, `ANY` where the heading cannot be told.
+    h is 1 for a hinge, 2 for a saddle, `ANY` where the heading is unknown.
 
     Parameters
     ----------
     kind: HINGE, SADDLE or BALL.
     axes: (2, 3), in the parent's and in the child's frame.
     up: (2, 3), the specific force of parent and child, each in its own frame, not zero.
-    axis_sd: of the axes' directions, rad.
+    axis_sd: sd of the axes' directions, rad.
     """
     up = up / np.linalg.norm(up, axis=1, keepdims=True)
     level = [_level(each) for each in up]
@@ -54,11 +54,11 @@ def first_orientations(kind: int, axes: Array, up: Array, axis_sd: float) -> tup
 
 
 def orientation_in_pose(pose: Array, up: Array) -> Array:
-    """Child to parent, (4,), inclined as one sample of each shows, its heading that of a known pose.
+    """Orientation child to parent, (4,), with the inclination of one sample each and a known pose's heading.
 
     Parameters
     ----------
-    pose: (4,), child to parent as the joint is known to stand.
+    pose: (4,), known orientation child to parent.
     up: (2, 3), the specific force of parent and child, each in its own frame, not zero.
     """
     up = up / np.linalg.norm(up, axis=1, keepdims=True)
@@ -69,7 +69,7 @@ def orientation_in_pose(pose: Array, up: Array) -> Array:
 
 
 def _headings(kind: int, axes: list[Array], axis_sd: float) -> tuple[list[float], float]:
-    """Headings of the child against the parent, rad, from their axes in level frames, and their sd."""
+    """Headings of the child relative to the parent, rad, from their axes in level frames, and their sd."""
     (x, y, up), (child_x, child_y, child_up) = (axis.tolist() for axis in axes)
     first = math.atan2(y, x) - math.atan2(child_y, child_x)
     lengths = math.hypot(x, y), math.hypot(child_x, child_y)
@@ -87,7 +87,7 @@ def _headings(kind: int, axes: list[Array], axis_sd: float) -> tuple[list[float]
 
 
 def _level(up: Array) -> Array:
-    """The least rotation of a frame that makes `up` (3,), unit, its z, (4,)."""
+    """Least rotation, (4,), of a frame that makes `up` (3,), unit, its z."""
     if up[2] < -1.0 + 1e-9:
         return np.array([0.0, 1.0, 0.0, 0.0])
     return quaternion.normalized(np.array([1.0 + up[2], up[1], -up[0], 0.0]))
@@ -96,20 +96,22 @@ def _level(up: Array) -> Array:
 _DECISIVE = 2.0 * np.log(1000.0)
 """Twice the log of the odds at which a hypothesis is dropped (chosen: one wrong in a thousand)."""
 _WORTH = 0.2
-"""Share of the evidence that counts: errors of mounting, axes and lever arms last as long as a movement,
-half a second, five times `force_time_s` (chosen)."""
+"""Weight of the log likelihood: errors of mounting, axes and lever arms last as long as a movement, half a
+second, five times `force_time_s` (chosen)."""
 _MET = np.radians(10.0)
-"""Nearer than this two hypotheses are one, rad (chosen: well inside what one filter follows)."""
+"""Distance below which two hypotheses are one, rad (chosen: well within the convergence of a filter)."""
 _FIRST_TILT = 0.3
 """Sd of the first sample's vertical, rad: 3 m/s^2 of acceleration against gravity (chosen)."""
 
 
 class Unknown(NamedTuple):
-    """Sd of what is not known of a joint that begins.
+    """Initial uncertainty of a joint.
 
-    axis_sd: of its axes in the sensors' frames, rad, both together; bias_sd: of a gyroscope's bias, rad/s;
-    lever_sd: of each component of the lever arms, m. pose: (joints, 4), child to parent in the initial pose,
-    None where none is known; pose_sd: of its headings, rad.
+    axis_sd: sd of its axes in the sensors' frames, rad, both together; bias_sd: sd of a gyroscope's bias,
+        rad/s;
+    lever_sd: sd of each component of the lever arms, m. pose: (joints, 4), child to parent in the initial
+        pose,
+    or None; pose_sd: sd of its headings, rad.
     """
 
     axis_sd: float
@@ -126,9 +128,9 @@ class Hypotheses:
     Attributes
     ----------
     q: (ANY, joints, 4), child to parent; NaN where there is no hypothesis.
-    rest: (ANY, joints, 17); covariance: (ANY, joints, 16, 16), as of `constrained.filter.advance`.
+    rest: (ANY, joints, 17); covariance: (ANY, joints, 16, 16), as in `constrained.filter.advance`.
     surprise: (ANY, joints), minus twice the log likelihood of all measurements since the beginning.
-    doubt: (joints,), rad, how far apart the hypotheses are from the first one: their rms, by likelihood.
+    doubt: (joints,), rad, rms distance of the hypotheses from the first one, weighted by likelihood.
     open: whether any joint has more than one.
     """
 
@@ -141,7 +143,7 @@ class Hypotheses:
 
     @classmethod
     def none(cls, joints: int) -> Hypotheses:
-        """Nothing known of any joint."""
+        """Filters without any hypothesis."""
         return cls(np.full((ANY, joints, 4), np.nan), np.zeros((ANY, joints, 17)),
                    np.zeros((ANY, joints, N, N)), np.zeros((ANY, joints)), np.zeros(joints))
 
@@ -150,12 +152,14 @@ def begin_missing(
     found: Hypotheses, table: JointTable, acc: Array, sound: NDArray[np.bool_], unknown: Unknown,
     in_pose: bool
 ) -> None:
-    """Let joints of which nothing is known begin, where both sensors' samples are sound.
+    """Start the filters of unknown joints where both sensors' samples are sound.
 
     Parameters
     ----------
-    acc: (n, 3), m/s^2, the newest samples; sound: (n,), whether each is sound.
-    unknown: how little is known. in_pose: whether the initial pose is still held.
+    acc: (n, 3), m/s^2, newest samples.
+    sound: (n,), mask of the sound ones.
+    unknown: initial uncertainty.
+    in_pose: whether the initial pose lasts.
     """
     both = sound[table.ends].all(axis=1)
     for j in np.flatnonzero(both & np.isnan(found.q[0, :, 0])):
@@ -190,7 +194,7 @@ def _begin(
 
 @compiled
 def weigh(q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any) -> bool:
-    """Put the likeliest hypotheses first, drop what is decided, fill `doubt`; whether any joint is open.
+    """Sort hypotheses by likelihood, drop unlikely ones, fill `doubt`; return whether any joint is open.
 
     The arrays are those of Hypotheses.
     """
@@ -199,7 +203,7 @@ def weigh(q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any) -> bool
         doubt[j] = 0.0
         best = 0
         for h in range(1, ANY):
-            # 0 x is 0 of every number but NaN and the infinite ones.
+            # 0 x is 0 for finite x alone.
             if q[h, j, 0] * 0.0 == 0.0 and surprise[h, j] < surprise[best, j]:
                 best = h
         if best > 0:

@@ -1,4 +1,4 @@
-"""`constrained`: a hand's posture without magnetometers, kept from drifting by the joints themselves."""
+"""`constrained`: posture of a hand without magnetometers, with the joints' constraints against drift."""
 
 from __future__ import annotations
 
@@ -32,54 +32,54 @@ from fesloop.loop.signals import Port, Sample, Sensors, Value
 
 SURE, UNSURE, UNSEEN = range(3)
 _SURE_AGAIN = 0.8
-"""Share of the limit below which a joint is sure again; in between nothing is reported (chosen)."""
+"""Share of the limit below which a joint is certain again: hysteresis of the reports (chosen)."""
 
 
 @compiled
-def stand(worst: Any, limit: float, standing: Any) -> bool:
-    """Whether any joint stands otherwise than `standing` (joints,) says.
+def status_changed(worst: Any, limit: float, status: Any) -> bool:
+    """Whether the status of any joint differs from `status` (joints,).
 
-    `worst` (joints,), rad, is the largest sd of its angles, infinite where nothing is known; `limit` the
-    sd from which on it is unsure.
+    `worst` (joints,), rad, is the largest sd of a joint's angles, infinite for an unknown one; `limit` is the
+    sd above which it is uncertain.
     """
     changed = False
     for j in range(worst.size):
-        changed |= stands(worst[j], limit, standing[j]) != standing[j]
+        changed |= classify(worst[j], limit, status[j]) != status[j]
     return changed
 
 
 @compiled
-def stands(worst: float, limit: float, before: int) -> int:
-    """SURE, UNSURE or UNSEEN, of a joint that stood at `before`."""
+def classify(worst: float, limit: float, before: int) -> int:
+    """Status of a joint, SURE, UNSURE or UNSEEN, after the status `before`."""
     if worst == math.inf:
         return UNSEEN
     return UNSURE if worst > (_SURE_AGAIN * limit if before == UNSURE else limit) else SURE
 
 
 def report(
-    worst: NDArray[np.float64], limit: float, standing: NDArray[np.int64], table: JointTable, first: bool,
+    worst: NDArray[np.float64], limit: float, status: NDArray[np.int64], table: JointTable, first: bool,
     tick: Tick
 ) -> None:
-    """Report what has changed, and bring `standing` up to date; at `first` the joints without sensors too."""
-    now = np.array([stands(sd, limit, before) for sd, before in zip(worst, standing, strict=True)],
+    """Report changes and update `status`; at `first` report the joints without sensors too."""
+    now = np.array([classify(sd, limit, before) for sd, before in zip(worst, status, strict=True)],
                    dtype=np.int64)
-    changed = now != standing
-    for status, chosen, more in (
+    changed = now != status
+    for event, chosen, more in (
             ("untracked", changed & (now == UNSEEN), table.unsensed if first else ()),
-            ("tracked", changed & (standing == UNSEEN), ()),
+            ("tracked", changed & (status == UNSEEN), ()),
             ("uncertain", changed & (now == UNSURE), ()),
-            ("certain", changed & (standing == UNSURE) & (now == SURE), ())):
+            ("certain", changed & (status == UNSURE) & (now == SURE), ())):
         names = (*more, *(table.names[j] for j in np.flatnonzero(chosen)))
         if names:
-            tick.report(status, "joint " + ", ".join(names))
-    standing[:] = now
+            tick.report(event, "joint " + ", ".join(names))
+    status[:] = now
 
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 _USUAL = HandSize()
 _SPACING = 0.25
-"""How much of `force_time_s` lies between two measurements of a joint (chosen: well below 1)."""
+"""Time between two measurements of a joint as a share of `force_time_s` (chosen: well below 1)."""
 _POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "tissue_sd_deg", "tissue_time_s", "turn_sd_deg",
              "bias_sd_deg_s", "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m",
              "range_sd_deg", "untracked_deg_s", "uncertain_deg", "pose_sd_deg", "tau_acc_s",
@@ -91,65 +91,62 @@ class ConstrainedTracker:
     """Posture of a segment tree from gyroscopes and accelerometers, without drift.
 
     Each joint has a filter (`estimators.constrained.filter`) that integrates the relative rotation and
-    holds it by what the two segments share: the acceleration of the joint's centre, its axes, its
+    corrects it by the acceleration of the joint's centre, which both segments share, and by its axes and
     ranges. Neither a magnetometer nor an initial pose is needed; where a pose is known (`initial_pose_s`), a
-    joint that begins in it begins with its heading, and axes that disagree are found to be tilted. What a
-    sensor's mounting hides (a constant turn about a hinge's own axis) no constraint can show; it is in the
-    sd. Where the first samples leave a joint several headings, each has a filter until motion has decided
-    (`estimators.constrained.beginning`).
+    joint that starts in it has its heading, and axes that disagree are estimated as tilted. No constraint
+    shows a constant turn of a sensor about a hinge's own axis; it is part of the sd. Where the first samples
+    allow several headings, each has a filter until motion decides (`estimators.constrained.beginning`).
 
     Inputs `gyr` (n, 3) rad/s and `acc` (n, 3) m/s^2, sensor frames equal to segment frames. Outputs
-    `orientation` (n, 4), segment to earth, of one common heading as far as joints reach from a root, that
-    of the 6-axis VQF filter (doi 10.1016/j.inffus.2022.10.014) there; `angles` (a,), rad, all freedoms of
+    `orientation` (n, 4), segment to earth, with the heading of the 6-axis VQF filter (doi
+    10.1016/j.inffus.2022.10.014) of the root in each tree of joints; `angles` (a,), rad, all freedoms of
     the tree; `angle_sd` (a,), rad; `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the
-    WCS); `fingertip_sd` (t, 3), m; `aligned` (1,), 0 while the initial pose is kept, else 1. Lengths are
-    taken as exact.
+    WCS); `fingertip_sd` (t, 3), m; `aligned` (1,), 0 while the initial pose is kept, else 1. Lengths
+    count as exact.
 
     With `joints` in place of a body, and for five sensors without any setting (those of chain5,
     `fesloop.streams.formats.published`), no lengths are known: there are no outputs `fingertips` and
     `fingertip_sd`, and `angles` are those of each joint in turn (see Joint).
 
     A joint is reported as "uncertain" when the sd of one of its angles rises above `uncertain_deg`, and as
-    "certain" when all are well below again. Through a lost sample (or frozen, or held for too long:
-    `estimators.samples.arrivals`) the joints of that sensor stand still, a clipped one still moves them;
-    their sd grows until nothing is known. A joint without sensors or of
-    which nothing is known is reported as "untracked", until "tracked": its angles are zero, their sd is pi.
+    "certain" when all are well below again. With a lost sample (or a frozen one, or one held for too long:
+    `estimators.samples.arrivals`) the joints of that sensor stop, a clipped one still moves them; their sd
+    grows until they are unknown. A joint without sensors and an unknown one are reported as "untracked",
+    until "tracked": its angles are zero, their sd is pi.
 
     Attributes
     ----------
-    sensors: n; 0 takes it from what is wired to `gyr`.
+    sensors: number n; 0 takes it from the wire.
     hand: size of the hand.
-    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every one,
-        or all but the tree's root (a hand's forearm).
+    sensed: names of the sensors' segments, in the order of the samples; empty: every one, or all but the
+        tree's root (a hand's forearm).
     segments: another tree in place of the hand.
-    joints: from the root outwards, in place of a body.
-    initial_pose_s: how long the wearer keeps a known pose at the start, s; joints whose first sound samples
-        come within it begin in that pose, later ones do not; 0: none is known.
+    joints: joints from the root outwards, in place of a body.
+    initial_pose_s: duration of a known pose at the start, s; joints with sound samples within it start in
+        that pose; 0: no known pose.
     initial_angles_deg: that pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
-    pose_sd_deg: by which each joint may miss it (chosen).
-    mounting_sd_deg, axis_sd_deg: about each axis, of each sensor on its segment, and of the joints' axes
-        (5 to 10 deg each: doi 10.3390/s19010208, section 4). Both are constant: by what they tilt an
-        axis is found in motion; the part of a relative rotation that its joint forbids is shared between
-        the two causes.
-    tissue_sd_deg: by which soft tissue turns a sensor against its bone in motion (chosen: skin moves by
-        less, foam by more).
-    tissue_time_s: after what time that counts as another value (chosen: a fifth of a slow finger movement).
-    turn_sd_deg: of the gyroscopes' integral after a second, deg (chosen: soft tissue and scale, above
+    pose_sd_deg: sd of each joint about it (chosen).
+    mounting_sd_deg, axis_sd_deg: constant errors of each sensor on its segment about each axis, and of the
+        joints' axes, sd (5 to 10 deg each: doi 10.3390/s19010208, section 4). The tilts of axes are estimated
+        from motion; the part of a relative rotation that its joint forbids is shared between the two causes.
+    tissue_sd_deg: sd of the rotation of a sensor on soft tissue in motion (chosen: skin moves by less, foam
+        by more).
+    tissue_time_s: correlation time of that rotation (chosen: a fifth of a slow finger movement).
+    turn_sd_deg: sd of the gyroscopes' integral after a second, deg (chosen: soft tissue and scale, above
         any gyroscope's noise).
-    bias_sd_deg_s, bias_walk_deg_s: of the gyroscopes' bias at the start, deg/s, and of its change in a
+    bias_sd_deg_s, bias_walk_deg_s: sd of the gyroscopes' bias at the start, deg/s, and of its change in a
         second (0.6: usual of its kind; the walk is Kortier et al. 2014, doi 10.1186/1743-0003-11-70,
         Table 1).
-    force_sd: of the shared acceleration, m/s^2 (chosen: soft tissue; the sensor's own noise is a tenth).
-    spin_sd_m: what it grows by for each rad^2/s^2 of rotation, m (chosen: a joint's centre wanders by 3
-        cm).
-    force_time_s: its correlation time, s (chosen: that of tissue at 10 rad/s).
-    lever_sd_m: of the distance from a joint's centre to its sensors at the start, m, each axis.
-    range_sd_deg: tolerance of a joint's range, beside what mounting hides (S19 clips hard; 3 is chosen).
+    force_sd: sd of the shared acceleration, m/s^2 (chosen: soft tissue; the sensor's own noise is a tenth).
+    spin_sd_m: increase of that sd for each rad^2/s^2 of rotation, m (chosen: a joint's centre moves by 3 cm).
+    force_time_s: correlation time of its error, s (chosen: that of tissue at 10 rad/s).
+    lever_sd_m: initial sd of the vector from a joint's centre to its sensors, m, each axis.
+    range_sd_deg: tolerance of a joint's range, beyond the mounting's (S19 clips hard; 3 is chosen).
     untracked_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion). A joint is
-        unseen once that has made pi.
-    uncertain_deg: from which sd on a joint's angle is reported.
+        unseen once its sd has reached pi.
+    uncertain_deg: sd above which a joint's angle is reported.
     tau_acc_s: time constant of the root's inclination, s (VQF's own default).
-    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
+    gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
 
     sensors: int = 0
@@ -194,7 +191,7 @@ class ConstrainedTracker:
         worn = bool(self.sensed or self.segments or self.hand != _USUAL)
         if self.joints and worn:
             raise InputError("joints", "given beside hand, sensed or segments",
-                             "joints, or the body that wears the sensors", "leave one out")
+                             "joints, or the body that wears the sensors", "remove one")
         if not self.sensors:
             return
         if self.joints or (self.sensors == 5 and not worn):
@@ -231,15 +228,15 @@ class ConstrainedTracker:
         return "aligned" if self.initial_pose_s else ""
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> ConstrainedTracker:
-        """The same tracker for the number of sensors wired to it."""
+        """The tracker for the number of wired sensors."""
         return replace(self, sensors=shapes["gyr"][0])
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> ConstrainedTracker:
-        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> ConstrainedState:
-        """Nothing known of any joint."""
+        """State before the first sample."""
         if not isinstance(context.clock, (RateClock, StampClock)):
             raise InputError(f"{context.name}.rate", "is missing", "the rate of the sensors")
         table = self._joints()
@@ -251,7 +248,7 @@ class ConstrainedTracker:
             unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
-            standing=np.full(len(table.ends), SURE, dtype=np.int64),
+            status=np.full(len(table.ends), SURE, dtype=np.int64),
             pose_samples=round(self.initial_pose_s / period),
             plausible=of_unknown_joints(()) if self.body is None else of_tree(self.body.tree))
 
@@ -259,7 +256,7 @@ class ConstrainedTracker:
         """One sample of every sensor."""
         table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
         state.arrivals.note(inputs, tick)
-        # Ticks that were skipped while the block was busy are made good with this sample.
+        # Ticks that were skipped while the block was busy are processed with this sample.
         for _ in range(tick.index + 1 - state.ticks):
             take(state, table, inputs)
         first, state.ticks = state.ticks == 0, tick.index + 1
@@ -267,8 +264,8 @@ class ConstrainedTracker:
         orientation, angles, sd, relative, worst = posture(
             state.roots.orientation(), q, covariance, found.doubt, table.roots, table.ends, table.kinds,
             table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd)
-        if first or stand(worst, math.radians(self.uncertain_deg), state.standing):
-            report(worst, math.radians(self.uncertain_deg), state.standing, table, first, tick)
+        if first or status_changed(worst, math.radians(self.uncertain_deg), state.status):
+            report(worst, math.radians(self.uncertain_deg), state.status, table, first, tick)
         aligned = aligned_value(state.taken > state.pose_samples or not state.pose_samples)
         if self.body is None:
             return orientation, angles, sd, aligned
@@ -285,7 +282,7 @@ class ConstrainedTracker:
         return self.table
 
     def _sds(self) -> tuple[float, float]:
-        """Of the mounting of two sensors against each other, and of a joint's axes, rad."""
+        """Sd of the relative mounting of two sensors, and of a joint's axes, rad."""
         return math.radians(self.mounting_sd_deg) * math.sqrt(2.0), math.radians(self.axis_sd_deg)
 
     def _unknown(self) -> Unknown:

@@ -1,7 +1,7 @@
 """Error-state Kalman filter of one joint: relative orientation, gyroscope bias and lever arms.
 
-State: q, child to parent; b (3), rad/s, what the child's gyroscope reads too much against the parent's,
-in the child's frame; l_p, l_c (3 each), m, from the joint's centre to each sensor, in that sensor's
+State: q, child to parent; b (3), rad/s, bias of the child's gyroscope relative to the parent's, in the
+child's frame; l_p, l_c (3 each), m, from the joint's centre to each sensor, in that sensor's
 frame; d, c (2 each), rad, the tilts of the joint's axes in the parent and in the child, two components across
 each. Error state (16): rotation t in the child's frame (R = Rh (I + [t]x)), then b, l_p, l_c, d, c. With M(w)
 = [dw/dt]x + [w]x [w]x,
@@ -14,8 +14,8 @@ each. Error state (16): rotation t in the child's frame (R = Rh (I + [t]x)), the
 
 (f specific force, w angular velocity, a axis; R' = R transposed). The vector pair is that of Kortier et
 al. 2014 (doi 10.1186/1743-0003-11-70); the lever arms and the hinge's two rows on three axes are derived
-here. All measurements are made in the middle between two samples, so that rates, their derivative and
-forces belong to one instant. Arrays carry one joint a row.
+here. All measurements are taken midway between two samples, so that rates, their derivative and forces
+belong to one instant. Arrays carry one joint a row.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ def keep_in_range(
     q: Any, s: Any, kind: int, axes: Any, zero: Any, ranges: Any, cov: Any, settings: Any,
     x: Any, h: Any, gain: Any, decided: bool
 ) -> float:
-    """Each angle beyond its limit is drawn back, as far as it is known worse than the limit's tolerance.
+    """Truncate each angle beyond its limit, if its variance exceeds the limit's tolerance.
 
-    It then has mean and variance of its distribution inside the range (Simon 2010, doi
-    10.1049/iet-cta.2009.0032, section 2.4), the tolerance added. It is not drawn while hypotheses are not
-    decided between: a wrong one is to be seen, not to be hidden. The error of a limit lasts (it is mostly the
-    sensors' mounting): seen again, it tells nothing new. Were it taken for noise, an angle at its limit would
-    soon be believed blindly.
+    The angle then has the mean and variance of its distribution inside the range (Simon 2010, doi
+    10.1049/iet-cta.2009.0032, section 2.4), plus the tolerance. There is no truncation while several
+    hypotheses are open, as it would hide a wrong one. The error of a limit is constant (it is mostly the
+    sensors' mounting), so that repeated measurements add no information; as noise, it would make an angle at
+    its limit far too certain.
     """
     surprise, tolerance = 0.0, settings[RANGE] ** 2
     angles, rows = joint_angles(q, kind, axes, zero)
@@ -76,7 +76,7 @@ def keep_in_range(
         mean, left = truncated(angle, known, low, high)
         left += tolerance
         if decided and known > left:
-            # The measurement after which these are mean and variance.
+            # The measurement that results in this mean and variance.
             measure(cov, h, (mean - angle) * known / (known - left), known * left / (known - left), x, gain,
                      0, 0)
             correct(q, s, x)
@@ -100,14 +100,14 @@ def truncated(mean: float, variance: float, low: float, high: float) -> Any:
 
 
 LOST, DOUBTED, SOUND = range(3)
-"""What a sample is good for."""
+"""Quality of a sample."""
 _COHERENT = 0.25
-"""Angle over which a joint's turning does not reverse, rad, shared by two sensors (chosen)."""
+"""Angle over which a joint's rotation does not reverse, rad, shared by two sensors (chosen)."""
 
 
 @compiled
 def _lose(at: Any, s: Any, cov: Any, period: float, unseen: float) -> None:
-    """A period without a sound sample. An unknown rate lasts: its angle grows with the time unseen."""
+    """Advance by a period without a sound sample: the error of an unknown rate grows with the time unseen."""
     before = s[12]
     s[12] += period
     for i in range(3):
@@ -121,23 +121,24 @@ def advance(
     q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any,
     zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any, number: int
 ) -> None:
-    """All joints one period on.
+    """Advance all joints by one period.
 
-    Each is measured every so many periods, by turns: values nearer to each other than the correlation times
-    of their errors tell no more than one of them.
+    Joints are measured in turns, every few periods: measurements closer than the correlation times of their
+    errors add no information.
 
     Parameters
     ----------
-    q: (joints, 4), changed; NaN for a joint that has not begun, which is left out, and once a sample has
-        been missing for so long that nothing is known any more.
-    rest: (joints, 17), b, l_p, l_c, the force's mean in the child's frame, m/s^2, for how long a sample
-        has been missing, s, then d, c; changed. covariance: (joints, 16, 16), changed.
-    surprise: (joints,), raised by minus twice the log likelihood of what was measured.
-    doubt: (joints,), above 0 where hypotheses are not decided between.
-    ends, kinds, axes, zero, ranges: as of JointTable.
-    gyr, acc: (2, n, 3), the sample before and this one.
+    q: (joints, 4), updated; NaN for a joint that has not begun, which is skipped, and for one whose samples
+        have been missing until it is unknown.
+    rest: (joints, 17), b, l_p, l_c, the force's mean in the child's frame, m/s^2, duration of missing
+        samples, s, then d, c; updated.
+    covariance: (joints, 16, 16), updated.
+    surprise: (joints,), increased by minus twice the log likelihood of the measurements.
+    doubt: (joints,), above 0 with several hypotheses.
+    ends, kinds, axes, zero, ranges: as in JointTable.
+    gyr, acc: (2, n, 3), sample before and this one.
     seen: (2, n), LOST, DOUBTED or SOUND: a lost sample stops its joints, a doubted one (clipped) still
-        moves them, and both cost certainty.
+        moves them, and both increase the sd.
     settings: (12,), see PERIOD and the following; number: of this sample.
     """
     x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
@@ -176,9 +177,9 @@ def advance(
 
 @compiled
 def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any) -> None:
-    """Move the newest sample to before and the new one, (n, 3) each, in; a lost one is kept as zero.
+    """Shift the newest sample to before and store the new one, (n, 3) each; a lost one as zero.
 
-    `codes` (3, n) are those of `estimators.samples.arrivals`; `gyr`, `acc`, `seen` as of `advance`.
+    `codes` (3, n) are those of `estimators.samples.arrivals`; `gyr`, `acc`, `seen` are as in `advance`.
     """
     for i in range(codes.shape[1]):
         lost = (codes[0, i] | codes[1, i]) & MISSING != 0
@@ -192,13 +193,13 @@ def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any)
 
 @compiled
 def _rate(gyr: Any, seen: Any, i: int) -> Any:
-    """Mean of both samples' rates, or this one's where only it was seen."""
+    """Mean of both samples' rates, or this one's where only this one is sound."""
     return mean_of(gyr, i) if seen[0, i] > LOST else (gyr[1, i, 0], gyr[1, i, 1], gyr[1, i, 2])
 
 
 @compiled
 def _turn(q: Any, s: Any, wp: Any, wc: Any, dt: float) -> None:
-    """The relative rotation `dt` on with constant rates."""
+    """Relative rotation after `dt` with constant rates."""
     before = turn_by(-dt * wp[0], -dt * wp[1], -dt * wp[2])
     after = turn_by(dt * (wc[0] - s[0]), dt * (wc[1] - s[1]), dt * (wc[2] - s[2]))
     store(q, multiply(multiply(before, components(q)), after))
@@ -214,7 +215,7 @@ def _turned_bias(q: Any, wp: Any, wc: Any, bias_sd: float) -> float:
 
 @compiled
 def _spread(cov: Any, s: Any, wc: Any, dt: float, turned: float, walked: float) -> None:
-    """The covariance `dt` on; `turned` and `walked` are the variances that one sensor adds."""
+    """Covariance after `dt`; `turned` and `walked` are the variances that one sensor adds."""
     w, i, j, k = turn_by(-dt * (wc[0] - s[0]), -dt * (wc[1] - s[1]), -dt * (wc[2] - s[2]))
     r00, r11, r22 = 1.0 - 2.0 * (j * j + k * k), 1.0 - 2.0 * (i * i + k * k), 1.0 - 2.0 * (i * i + j * j)
     r01, r02, r12 = 2.0 * (i * j - w * k), 2.0 * (i * k + w * j), 2.0 * (j * k - w * i)
@@ -231,7 +232,7 @@ def _spread(cov: Any, s: Any, wc: Any, dt: float, turned: float, walked: float) 
         cov[a, 2] = r20 * x + r21 * y + r22 * z - dt * cov[a, 5]
         for b in range(3, N):
             cov[b, a] = cov[a, b]
-    # Rounding must not make it asymmetric in the long run.
+    # Prevents asymmetry by rounding.
     cov[1, 0], cov[2, 0], cov[2, 1] = cov[0, 1], cov[0, 2], cov[1, 2]
     for a in range(3):
         cov[a, a] += 2.0 * turned

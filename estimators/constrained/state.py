@@ -1,4 +1,4 @@
-"""What a ConstrainedTracker remembers, and how a sample of every sensor changes it."""
+"""State of a ConstrainedTracker, and its update by a sample of every sensor."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True, eq=False)
 class ConstrainedState:
-    """Memory of a ConstrainedTracker.
+    """State of a ConstrainedTracker.
 
     Attributes
     ----------
     roots: filters of the sensors that are no joint's child.
-    arrivals: which samples are new, and what is wrong with them.
-    settings: of the joint filters, as `constrained.filter` reads them.
-    unknown: what is known of a joint that begins.
-    found: the joint filters.
-    gyr, acc: (2, n, 3), the sample before and the newest.
-    seen: (2, n), LOST, DOUBTED or SOUND, each of these.
-    standing: (joints,), SURE, UNSURE or UNSEEN, as last reported.
-    plausible: angles that no joint can have.
-    pose_samples: how many samples the initial pose lasts.
-    ticks: number of the next tick; taken: of the next sample.
+    arrivals: monitor of new, lost and clipped samples.
+    settings: settings of the joint filters, for `constrained.filter`.
+    unknown: initial uncertainty of a joint.
+    found: joint filters.
+    gyr, acc: (2, n, 3), sample before and newest sample.
+    seen: (2, n), LOST, DOUBTED or SOUND for each of these.
+    status: (joints,), SURE, UNSURE or UNSEEN, as last reported.
+    plausible: check of implausible angles.
+    pose_samples: number of samples of the initial pose.
+    ticks: number of the next tick.
+    taken: number of the next sample.
     """
 
     roots: VqfBank
@@ -47,7 +48,7 @@ class ConstrainedState:
     gyr: Array
     acc: Array
     seen: NDArray[np.int64]
-    standing: NDArray[np.int64]
+    status: NDArray[np.int64]
     plausible: ImplausibleAngles
     pose_samples: int = 0
     ticks: int = 0
@@ -55,7 +56,7 @@ class ConstrainedState:
 
 
 def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample]) -> None:
-    """One period on with the samples that stand at the inputs."""
+    """Advance by one period with the samples at the inputs."""
     codes, roots, found = state.arrivals.codes, table.roots, state.found
     admit(inputs[0].value, inputs[1].value, codes, state.gyr, state.acc, state.seen)
     gyr, acc = state.gyr[1].take(roots, axis=0), state.acc[1].take(roots, axis=0)
@@ -68,7 +69,7 @@ def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample]) -
                 table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,
                 state.settings, state.taken)
     state.taken += 1
-    # The sum of finite numbers is finite, that with a NaN is not: one look tells whether all have begun.
+    # A sum with NaN is NaN: one test shows whether all joints have begun.
     if not math.isfinite(found.q[0].sum()):
         begin_missing(found, table, state.acc[1], state.seen[1] == SOUND, state.unknown,
                       state.taken <= state.pose_samples)
