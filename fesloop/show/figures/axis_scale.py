@@ -42,7 +42,7 @@ class AxisScale:
 
     @property
     def numeric(self) -> bool:
-        """Whether levels are numbers."""
+        """True if levels are numbers."""
         return is_numeric(self.levels)
 
     @property
@@ -108,7 +108,7 @@ class AxisScale:
 
     @property
     def slanted(self) -> bool:
-        """Whether labels of text are too long to stand side by side."""
+        """True if labels of text are too long to fit side by side."""
         return not self.numeric and len(self.levels) * self.longest > _LONG_ROW
 
     def label(self, axes: Axes, which: Literal["x", "y"], panel_in: float) -> None:

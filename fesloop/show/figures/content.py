@@ -86,7 +86,7 @@ class Content:
 
     @property
     def share(self) -> bool:
-        """Whether shares are shown, in percent."""
+        """True if shares are shown, in percent."""
         return self.cells[0].statistic == "share"
 
     @property
@@ -135,12 +135,12 @@ class Content:
 
     @property
     def drawn(self) -> bool:
-        """Whether levels of x were drawn, and not chosen."""
+        """True if the levels of x are a random sample."""
         return self.figure.x in sampled_axes(self.results.study, self.results.axes)
 
     @property
     def is_grid(self) -> bool:
-        """Whether each panel of a heat map has every level of x at every level of y."""
+        """True if each panel of a heat map has every level of x at every level of y."""
         return len(self.cells) == len(self.x.levels) * len(self.y.levels) * len(self.panels)
 
     def _called(self, axis: str) -> tuple[str, str]:

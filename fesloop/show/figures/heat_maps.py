@@ -102,7 +102,7 @@ def write_values(
 
 
 def _room_for_intervals(squares: Sequence[_Square], decimals: int) -> bool:
-    """Whether every interval fits below its value."""
+    """Return whether every interval fits below its value."""
     texts = [(square, interval_text(square.cell, decimals)) for square in squares]
     sizes = [min(_SMALLER * _LARGEST, square.width / (_WIDE * len(text)),
                  _SMALLER * square.height / (_HIGH * _LINES)) for square, text in texts if text]

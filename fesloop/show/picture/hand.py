@@ -74,7 +74,7 @@ def _in_segment(points: Array, poses: Poses, segment: int) -> Array:
 
 
 def _on_nail(own: Array, tip: Array) -> NDArray[np.bool_]:
-    """Whether points (n, 3), dorsal, distal, ulnar from the bone's end, belong to the nail.
+    """Mask of the points (n, 3), dorsal, distal, ulnar from the bone's end, that belong to the nail.
 
     `tip`: soft tissue, thickness, width.
     """

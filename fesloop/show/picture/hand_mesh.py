@@ -54,7 +54,7 @@ def surface_net(distances: Distances, low: Array, high: Array, cell_m: float) ->
 
 
 def _crossed(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether some but not all corners of each cell are inside."""
+    """Mask of the cells that the surface crosses: some but not all corners are inside."""
     sizes = np.array(inside.shape) - 1
     corners = np.stack([inside[tuple(slice(first, first + size) for first, size in zip(corner, sizes,
                                                                                         strict=True))]

@@ -1,4 +1,4 @@
-"""Shaded meshes of hands and solids, drawn by matplotlib from one camera.
+"""Camera, and shaded meshes of hands and solids that matplotlib draws from it.
 
 Light is computed at vertices: ambient light and shadows follow from signed distances to the scene. matplotlib
 fills the triangles, the farthest first, with the colours of their corners interpolated (Gouraud shading).

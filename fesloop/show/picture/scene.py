@@ -55,7 +55,7 @@ def _objects(
 
 
 def half_sizes(shape: str, size_mm: tuple[float, ...]) -> Array:
-    """Of a solid (see `Solid`), m, from what an object's `size_mm` lists: diameters and whole sides."""
+    """Half sizes of a solid (see `Solid`), m, from an object's `size_mm`, its diameters and sides."""
     half = 5e-4 * np.array(size_mm, dtype=np.float64)
     return np.concatenate([half, np.zeros(3 - len(half))])
 

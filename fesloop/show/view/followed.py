@@ -120,7 +120,7 @@ class GrowingRecording:
 Instant = tuple[int, int]
 """Trial, and time in it, ns."""
 _LAG_NS = 900 * NS_PER_MS
-"""How far behind what is written it begins (chosen: a run writes every .4 to .8 s; nothing has to
+"""Delay behind the file at the start (chosen: a run writes every .4 to .8 s; nothing has to
 stand still until more comes)."""
 _FARTHEST_NS = 5 * NS_PER_S // 2
 """Farther behind it leaps ahead (chosen): a run that is not in step with the wall clock may be faster."""
@@ -158,11 +158,11 @@ class Head:
 
 
 _FIRST_ROWS_S, _LOOK_S = 30.0, 0.05
-"""How long to wait for the first rows of a run, and how often to look for them."""
+"""Longest wait for the first rows of a run, and interval between checks, s."""
 _SILENT_NS = 2 * NS_PER_S
 """Without new rows for so long something is wrong: a run writes every .4 to .8 s."""
 _LATE_NS = 2 * NS_PER_S
-"""What a run is behind the wall clock when it has just written and keeps up is less: the writing."""
+"""Delay beyond which a run that has just written is late: writing alone takes less."""
 _LOOKED_AT = 20
 """Frames of what is there at first, by which the page places its camera."""
 _PER_S = round(1.0 / FRAME_S)
@@ -221,7 +221,7 @@ class FollowedRecording:
         return at
 
     def _shown(self) -> Shown:
-        """What is to be seen now; the same object as long as nothing of it changes."""
+        """Current frame; the same object while nothing changes."""
         now_ns = self._clock()
         if self._rows.refresh():
             self._grown_ns = now_ns

@@ -85,7 +85,7 @@ class PlayedRecording:
         return _Playing(self._frames, start, span).at
 
     def _frames(self, trial: int, times_s: list[float]) -> list[Shown]:
-        """Of several instants."""
+        """Frames of several instants."""
         at_ns = [round(time_s * NS_PER_S) for time_s in times_s]
         with self._lock:
             seen = poses_at(self._recording, self._hand, trial, at_ns, len(self.figure.objects))
@@ -106,7 +106,7 @@ class _Playing:
         self._before: float | None = None
 
     def at(self, elapsed_s: float) -> Shown | None:
-        """What is seen so many seconds after the start, frame by frame; None while nothing changes."""
+        """Frame at a time since the start, s; None while nothing changes."""
         number = int(elapsed_s / FRAME_S)
         time_s = self._time(number)
         if time_s == self._before:

@@ -1,4 +1,4 @@
-"""A live stream of postures (Lab Streaming Layer), shown as it comes."""
+"""Source of postures from a live stream (Lab Streaming Layer), and the layout of its channels."""
 
 
 from __future__ import annotations
@@ -231,7 +231,7 @@ class PostureStream:
 
 
 def _age(pulled: Pulled | None) -> str:
-    """How old a sample is, by its sender's stamp."""
+    """Age of a sample in words, by its sender's stamp."""
     if pulled is None:
         return ""
     age_ns = time.monotonic_ns() - pulled.stamp_ns

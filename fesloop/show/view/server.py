@@ -62,7 +62,7 @@ _NAMES = (LOOPBACK, "localhost")
 _SILENT_S = 2.0
 """After so long without a frame a comment is sent, so that a browser that is gone is noticed."""
 _BUFFER_BYTES = 2**15
-"""Of a connection on its way out (chosen: some ten frames): what is older than that is of no use."""
+"""Send buffer of a connection (chosen: some ten frames; older ones are of no use)."""
 _SLOWEST_S = 10.0
 """A browser that takes nothing for so long is given up."""
 _MOST = 32

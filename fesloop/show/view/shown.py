@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 FRAME_S = 1.0 / 30.0
 """Between two frames, at the least."""
 _DIGITS = 5
-"""Of a pose's numbers (chosen: a hundredth of a millimetre, and of a milliradian)."""
+"""Decimals of a pose's numbers (chosen: a hundredth of a millimetre, and of a milliradian)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,11 +77,11 @@ class Source(Protocol):
 
     @property
     def title(self) -> str:
-        """What is shown, in a few words."""
+        """Title of the view."""
 
     @property
     def notices(self) -> Sequence[str]:
-        """What cannot be shown, and why, a sentence each."""
+        """Sentences on what cannot be shown, and why."""
 
     @property
     def figure(self) -> Figure3d:

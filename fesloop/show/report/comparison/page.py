@@ -1,4 +1,4 @@
-"""Several runs on one page."""
+"""Report page that compares several runs: summary, metrics and errors."""
 
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Figures of a study: those of its file, else some that are chosen for it."""
+"""Sections of a study's report with its figures: those of its file, or a default choice."""
 
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _contour(content: Content, overlay: Overlay) -> Line:
 
 
 def _counted(scale: AxisScale, numbers: Array) -> Array:
-    """Where numbers stand among levels that are drawn one apart; NaN beyond them."""
+    """Positions of numbers among levels that are one apart; NaN beyond their ends."""
     levels = np.array(scale.levels, dtype=np.float64)
     if scale.kind == "log":
         levels, numbers = np.log(levels), np.log(numbers)
@@ -136,7 +136,7 @@ def beside_theory(content: Content) -> str:
 
 _ROLES = 8
 _BESIDE = 0.12
-"""How far points of different lines stand beside each other over text, of the distance of two levels."""
+"""Offset between points of different lines over text levels, as a share of the distance between levels."""
 
 
 def curves(content: Content) -> Iterator[Chart]:
@@ -253,7 +253,7 @@ def _kept(shown: Shown) -> tuple[dict[str, list[Overlay]], list[Part]]:
 def _content(
     shown: Shown, figure: Figure, kept: Mapping[str, Sequence[Overlay]]
 ) -> tuple[Content, list[Part]]:
-    """What a figure shows, with theory where that is known, and what is to be said of it."""
+    """Content of a figure, with theory if it is known, and notices."""
     results = shown.results
     faults = figure.faults(tuple(results.axes), results.metrics)
     if faults:

@@ -1,4 +1,4 @@
-"""A study's page: every section, from its store alone."""
+"""Report page of a study, made from its store, and its summary."""
 
 
 from __future__ import annotations
