@@ -89,3 +89,9 @@ def test_a_line_is_one_component_in_another_unit(learning):
     assert line.high.max() == 2.0 * every.max()
     assert (line.low <= line.y).all()
     assert (line.y <= line.high).all()
+
+
+def test_a_point_has_the_extremes_of_all_pieces_that_it_is_made_of():
+    pieces = [(np.array([0, 1]), np.array([5.0, 1.0])), (np.array([2]), np.array([3.0]))]
+    found = thinned(pieces, 3, points=1)
+    assert (found.low.tolist(), found.high.tolist()) == ([1.0], [5.0])
