@@ -1,4 +1,4 @@
-"""What is gathered while a wearer holds the flat hand and then flexes, and whether it may be believed.
+"""Sums over the flat pose and the flexion of a wearer, and their plausibility.
 
 Sums are enough for both poses, so that they can be gathered sample by sample while a loop runs. A sample
 that is not finite, or an acceleration of exactly zero, is none (`estimators.samples.arrivals`).

@@ -1,4 +1,4 @@
-"""What a joint's two segments share, as scalar measurements on `constrained.filter`'s error state."""
+"""Constraints of a joint's two segments as scalar measurements on `constrained.filter`'s error state."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fesloop.hand.quaternion_kernels import conjugate, multiply
 N, LEVERS, TILTS = 16, 6, 12
 PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME = range(6)
 TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS, SPACING = range(6, 12)
-"""Where each setting stands in `settings`: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error of the shared
+"""Index of each setting in `settings`: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error of the shared
 acceleration a rad^2/s^2 of rotation); s; rad; s; rad; rad/s; rad/s; s (between two measurements of a
 joint)."""
 
@@ -87,10 +87,10 @@ def _spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
 
 @compiled
 def _lasting(s: Any, v: Any, wc: Any, period: float, settings: Any) -> Any:
-    """The force v, in the child's frame, without what differs from its mean by no more than noise does.
+    """Force v, in the child's frame, with differences from its mean within the noise removed.
 
-    Heading about the force is told by nothing but a change of its direction. Were noise taken for such a
-    change, a heading that nothing shows would seem better known with every sample.
+    Only a change of the force's direction shows the heading about it. With noise taken for such a change, the
+    sd of an unobservable heading would fall with every sample.
     """
     back = turn_by(-period * wc[0], -period * wc[1], -period * wc[2])
     mean = rotated(back, (s[9], s[10], s[11]))
@@ -191,7 +191,7 @@ def axes_agree(
 
 @compiled
 def correct(q: Any, s: Any, x: Any) -> None:
-    """The error found goes into the state, and is zero then."""
+    """Add the estimated error to the state, and set it to zero."""
     store(q, multiply(components(q), turn_by(x[0], x[1], x[2])))
     for i in range(9):
         s[i] += x[3 + i]

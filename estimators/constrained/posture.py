@@ -1,4 +1,4 @@
-"""From joint filters to what a tracker puts out: orientations, joint angles and their sd."""
+"""Outputs of the tracker from its joint filters: orientations, joint angles and their sd."""
 
 from __future__ import annotations
 
@@ -73,18 +73,18 @@ def posture(
     roots: Any, q: Any, covariance: Any, doubt: Any, root_of: Any, ends: Any, kinds: Any, axes: Any,
     zero: Any, first_angle: Any, angles: int, pair_sd: float, axis_sd: float
 ) -> Any:
-    """What the joint filters say of the whole tree.
+    """Posture of the whole tree from its joint filters.
 
-    Gives orientations (n, 4); angles (angles,) with their sd, rad, zero and pi where no joint has put
-    them; relative orientations (joints, 4), without what the joints forbid; and the largest sd of each
-    joint (joints,), rad, infinite for one of which nothing is known.
+    Returns orientations (n, 4); angles (angles,) with their sd, rad, zero and pi for angles without a joint;
+    relative orientations (joints, 4), without what the joints forbid; and the largest sd of each joint
+    (joints,), rad, infinite for an unknown one.
 
     Parameters
     ----------
     roots: (roots, 4), orientation of the sensors `root_of` (roots,).
     q, covariance: of the joints' filters; q is NaN for a joint that has not begun.
     doubt: (joints,), rad, sd of a heading that is not decided.
-    ends, kinds, axes, zero, first_angle: as of JointTable; `angles` in all.
+    ends, kinds, axes, zero, first_angle: as in JointTable; `angles` in all.
     pair_sd, axis_sd: rad, each axis, of one sensor's mounting against the other's, and of the axes.
     """
     orientation, relative = np.empty((roots.shape[0] + ends.shape[0], 4)), np.empty((ends.shape[0], 4))
@@ -119,5 +119,5 @@ def posture(
 
 @compiled
 def mounting_share(pair_sd: float, axis_sd: float) -> float:
-    """How much of a rotation that a joint forbids is its sensors' mounting, and not its axes' tilt."""
+    """Share of the sensors' mounting, not the axes' tilt, in a rotation that a joint forbids."""
     return pair_sd ** 2 / (pair_sd ** 2 + axis_sd ** 2)

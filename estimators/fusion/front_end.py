@@ -112,7 +112,7 @@ GRAVITY = 9.81
 RATED_SAMPLES = 10
 """The worst of so many samples rates the accelerometer."""
 BIAS_SHARE = HALVING / 160.0
-"""Of zeta^2 k^2 / ((1 - k) T): the gain of the bias estimate."""
+"""Factor of zeta^2 k^2 / ((1 - k) T), the gain of the bias estimate."""
 _START = np.array([0.5, 0.5, 0.5, 0.5])
 
 

@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 @dataclass(slots=True, eq=False)
 class FusionState:
-    """Memory of a tracker of this module.
+    """State of a tracker of this module.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class VqfTracker:
 
     Attributes
     ----------
-    sensors: n; 0 takes it from what is wired to `gyr`.
+    sensors: number n; 0 takes it from the wire.
     pairs: (parent, child) sensors of each joint; empty: those that the source of the samples states, such as
         a recording, or where it tells nothing of its sensors each and the next.
     initial_angles_deg: flexion of each joint in the initial pose, abduction and pronation zero; None where
@@ -128,7 +128,7 @@ class VqfTracker:
         return "aligned" if self.initial_angles_deg is not None else ""
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> VqfTracker:
-        """The same tracker for the number of sensors wired to it."""
+        """The tracker for the number of wired sensors."""
         return replace(self, sensors=shapes["gyr"][0])
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> VqfTracker:
@@ -168,10 +168,10 @@ class Vqf9Tracker:
 
     Attributes
     ----------
-    sensors: n; 0 takes it from what is wired to `gyr`.
-    pairs: (parent, child) sensors of each joint, as of VqfTracker.
+    sensors: number n; 0 takes it from the wire.
+    pairs: (parent, child) sensors of each joint, as in VqfTracker.
     tau_acc_s, tau_mag_s: time constants of the inclination and heading corrections, s (VQF's own defaults).
-    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
+    gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
 
     sensors: int = 0
@@ -200,7 +200,7 @@ class Vqf9Tracker:
         return _outputs(self.sensors, self.pairs, self._stated)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Vqf9Tracker:
-        """The same tracker for the number of sensors wired to it."""
+        """The tracker for the number of wired sensors."""
         return replace(self, sensors=shapes["gyr"][0])
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> Vqf9Tracker:

@@ -36,7 +36,7 @@ _POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "ang
 
 @dataclass(slots=True, eq=False)
 class KortierState:
-    """Memory of a KortierTracker.
+    """State of a KortierTracker.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class KortierTracker:
 
     Attributes
     ----------
-    sensors: n; 0 takes it from what is wired to `gyr`.
+    sensors: number n; 0 takes it from the wire.
     hand: size of the hand.
     sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every one, or
         all but the tree's root (a hand's forearm).
@@ -110,7 +110,7 @@ class KortierTracker:
         below which the hand stands, rad/s, m/s^2; still_sd: of its velocity then, m/s (chosen).
     lost_rate_deg_s, clipped_rate_deg_s: sd of a rate without sample, and of a clipped one (chosen).
     gap_ms: how long a gyroscope may be silent (chosen: ten samples of 100 Hz).
-    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
+    gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
 
     sensors: int = 0
@@ -188,11 +188,11 @@ class KortierTracker:
                 Port("velocity", (3,), "m/s"), ALIGNED_PORT)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> KortierTracker:
-        """The same tracker for the number of sensors wired to it."""
+        """The tracker for the number of wired sensors."""
         return replace(self, sensors=shapes["gyr"][0])
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> KortierTracker:
-        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> KortierState:
@@ -210,7 +210,7 @@ class KortierTracker:
             of_tree(body.tree))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """What is new at this tick."""
+        """New samples of this tick."""
         gyr, acc, mag = (*inputs, self.no_field)[:3]
         arrivals, motion = state.arrivals, state.hands.motion
         body, worn = self._wearer()

@@ -250,7 +250,7 @@ def track_chains(
 
 @compiled
 def _look(chain: Chain, moment: Moment, gates: Gates, begun: Any) -> bool:
-    """Which joints are seen, and whether that has changed; a segment that is not seen stands still."""
+    """Mask of the tracked joints, and whether it has changed; an untracked segment does not move."""
     changed = False
     for k in range(chain.sensors.size):
         gone = moment.missing[chain.sensors[k]] > gates.gap_s

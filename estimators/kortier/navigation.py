@@ -231,7 +231,7 @@ FILLED, BEGUN, FIELD_KNOWN, STILL, OLDEST = range(5)
 
 
 class HandGates(NamedTuple):
-    """What the hand's filter supposes.
+    """Assumptions of the hand's filter.
 
     Attributes
     ----------
@@ -256,7 +256,7 @@ class HandFilter(NamedTuple):
 
     Attributes
     ----------
-    q, bias, motion, covariance, shared: as of `kortier.hand`.
+    q, bias, motion, covariance, shared: as in `kortier.hand`.
     acc: (2, 3), row 0 the accelerometer's sample in use, row 1 (its variance, 0, 0).
     rates, accs: (window, 3), of the zero-velocity detector. earth: (2, 3), up and the magnetic field.
     flags: (5,), samples in the window; whether the filter has begun, the field is known, the hand stands;

@@ -1,4 +1,4 @@
-"""How far a Kortier tracker believes its samples.
+"""Weights of the samples of a Kortier tracker.
 
 Which are new, and what is wrong with them, `estimators.samples.arrivals` tells. A sensor without a sound
 gyroscope sample keeps its last rate with an uncertainty that says so; after a while what hangs on it is not
@@ -21,12 +21,12 @@ _SMOOTHING_S = 0.2
 """Time constant of `Moment.steady`, s (chosen: 20 samples of 100 Hz)."""
 
 _LONGEST = 1e4
-"""Of `Moment.steady`, m/s^2 (chosen: 1000 g). Each step of a turn lengthens it, and rates that no hand has
-without end."""
+"""Greatest `Moment.steady`, m/s^2 (chosen: 1000 g). Each step of a turn lengthens it, and rates that no hand
+has without end."""
 
 
 class Trust(NamedTuple):
-    """How far samples are believed.
+    """Weights of samples.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ def no_moment(sensors: int) -> Moment:
 
 @compiled
 def repeats(error_time_s: float, elapsed_s: float) -> float:
-    """How often an error that lasts 2 tau is measured: by this its variance grows, as if measured once."""
+    """Number of measurements within the duration 2 tau of an error: factor on its variance."""
     return max(1.0, 2.0 * error_time_s / elapsed_s)
 
 

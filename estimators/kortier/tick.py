@@ -184,11 +184,11 @@ Numbers = NDArray[np.int64]
 
 
 class Worn(NamedTuple):
-    """Who wears the sensors, as kernels read it; read-only.
+    """Body with the sensors, for kernels; read-only.
 
     Attributes
     ----------
-    layout, geometry: of the tree. sensors, tips: as of Body.
+    layout, geometry: of the tree. sensors, tips: as in Body.
     magnetometers: (n,), those that are read: of each chain's base and tip, and of what is held.
     held_sensors: (parts,), of the segments that `chains` holds.
     base: the part whose position and velocity are put out.
@@ -205,7 +205,7 @@ class Worn(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """What the filters suppose."""
+    """Assumptions of the filters."""
 
     trust: Trust
     gates: Gates
@@ -213,7 +213,7 @@ class Settings(NamedTuple):
 
 
 class Posture(NamedTuple):
-    """What is put out: orientation (n, 4); angles, fingertips and their sd: (2, freedoms), (2, t, 3)."""
+    """Outputs: orientation (n, 4); angles, fingertips and their sd: (2, freedoms), (2, t, 3)."""
 
     orientation: Array
     angles: Array
@@ -244,7 +244,7 @@ def track(
 
     Parameters
     ----------
-    gyr, acc, mag: (n, 3), rad/s, m/s^2, T. codes, elapsed, period: as of `kortier.samples.take`.
+    gyr, acc, mag: (n, 3), rad/s, m/s^2, T. codes, elapsed, period: as in `kortier.samples.take`.
     """
     trust, gates, own = settings
     take(gyr, acc, mag, codes, elapsed, period, trust, moment)

@@ -1,4 +1,4 @@
-"""Which chains of segments a Kortier tracker follows: those that a body's sensors leave of its tree."""
+"""Chains of segments of a Kortier tracker: those of a body's tree that have sensors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the kernels of a chain of segments work on: scratch that is made anew at each tick."""
+"""Scratch arrays of the kernels of a chain of segments, new at each tick."""
 
 from __future__ import annotations
 

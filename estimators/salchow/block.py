@@ -59,7 +59,7 @@ class SalchowB:
 
     Attributes
     ----------
-    sensors: n; 0 takes it from what is wired to `gyr`.
+    sensors: number n; 0 takes it from the wire.
     hand: its size.
     sensed: names of the segments that the sensors sit on, in the order of the samples; empty: all of the
         tree, or all but its root, as the number of sensors says.
@@ -74,7 +74,7 @@ class SalchowB:
     untracked_deg_s: rms rate of a segment whose samples are missing, or beyond what clipped ones say (chosen:
         a finger in motion).
     gap_ms: how long a gyroscope may be silent before its joints are unseen (chosen: ten samples of 100 Hz).
-    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
+    gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
 
     sensors: int = 0
@@ -109,11 +109,11 @@ class SalchowB:
         return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowB:
-        """The same tracker for the number of sensors wired to it."""
+        """The tracker for the number of wired sensors."""
         return replace(self, sensors=shapes["gyr"][0])
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowB:
-        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> SalchowState:
@@ -138,7 +138,7 @@ class SalchowM1:
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, tau_mag_s, acc_every, mag_every, mounting_sd_deg,
-    heading_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as of SalchowB.
+    heading_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
     initial_pose_s: how long the pose is kept, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
     initial_angles_deg: the pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
     pose_limits: what sensors may read in it.
@@ -184,11 +184,11 @@ class SalchowM1:
         return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM1:
-        """The same tracker for the number of sensors wired to it."""
+        """The tracker for the number of wired sensors."""
         return replace(self, sensors=shapes["gyr"][0])
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowM1:
-        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> SalchowState:
@@ -211,8 +211,8 @@ class SalchowM2:
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every, mounting_sd_deg, untracked_deg_s,
-    gap_ms, gyr_range_deg_s, acc_range_g: as of SalchowB.
-    initial_pose_s, initial_angles_deg, pose_limits: as of SalchowM1.
+    gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
+    initial_pose_s, initial_angles_deg, pose_limits: as in SalchowM1.
     drift_deg_s: sd of the rate at which neighbours' headings part, deg/s (chosen: two biases known to within
         an instability of 10 deg/h, usual of MEMS).
     """
@@ -255,11 +255,11 @@ class SalchowM2:
         return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM2:
-        """The same tracker for the number of sensors wired to it."""
+        """The tracker for the number of wired sensors."""
         return replace(self, sensors=shapes["gyr"][0])
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowM2:
-        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> SalchowState:

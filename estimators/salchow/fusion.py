@@ -1,4 +1,4 @@
-"""What the trackers of Salchow-Hoemmen et al. 2019 share: fusing, taking the initial pose, the posture."""
+"""Common parts of the trackers of Salchow-Hoemmen et al. 2019: fusion, initial pose, posture."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Flags = NDArray[np.bool_]
 Numbers = NDArray[np.int64]
 Triple = tuple[float, float, float]
 _UNCORRECTED = math.radians(0.5)
-"""How fast inclination or heading go wrong that no sample corrects, rad/s (the bias that VQF supposes before
+"""Drift rate of an uncorrected inclination or heading, rad/s (the bias that VQF supposes before
 it has found one, doi 10.1016/j.inffus.2022.10.014)."""
 
 
@@ -172,7 +172,7 @@ def spread_joint(
 
     Parameters
     ----------
-    turns: as of `joint_turns`. upright: the vertical in the child's frame.
+    turns: as in `joint_turns`. upright: the vertical in the child's frame.
     tilt, heading: rad^2. constrained: what the joint forbids is known to be zero.
     """
     rows = (_cross(turns[1], turns[2]), _cross(turns[2], turns[0]), _cross(turns[0], turns[1]))

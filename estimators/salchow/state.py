@@ -1,4 +1,4 @@
-"""What a tracker of Salchow-Hoemmen et al. 2019 remembers."""
+"""State of a tracker of Salchow-Hoemmen et al. 2019."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class InitialPose(NamedTuple):
 
 
 class Method(NamedTuple):
-    """What makes a tracker of this family.
+    """Parts of a tracker of this family.
 
     Attributes
     ----------
@@ -129,14 +129,14 @@ def method_of(tracker: Any, *, magnetometer: bool) -> Method:
 Array = NDArray[np.float64]
 _NO_TURN = np.array([1.0, 0.0])
 _TAU_S = {"vqf": (3.0, 9.0), "seel_ruppin": (1.0, 3.0)}
-"""Of the corrections of accelerometer and magnetometer where none are given, s."""
+"""Default time constants of the corrections by accelerometer and magnetometer, s."""
 _TIME_CONSTANT = {"vqf": 1.0, "seel_ruppin": 1.0 / math.log(2.0)}
-"""Of an error that fades, over the former: VQF gives time constants, Seel-Ruppin times of halving."""
+"""Ratio of an error's time constant to them: VQF gives time constants, Seel-Ruppin times of halving."""
 
 
 @dataclass(slots=True, eq=False)
 class SalchowState:
-    """Memory of a tracker of this family: n sensors, m segments.
+    """State of a tracker of this family: n sensors, m segments.
 
     Attributes
     ----------
