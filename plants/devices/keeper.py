@@ -197,7 +197,7 @@ class Keeper:
             self._device.close()
 
     def _latch(self, status: str, detail: str) -> None:
-        """Zero current, for good, and tell why; the first cause counts."""
+        """Set zero current permanently and report the cause; the first cause counts."""
         if self._latched:
             if status == "loop_ended":  # a big process takes long to end, and falls silent first
                 _say(f"{status}: {detail}")

@@ -171,7 +171,7 @@ class Imus:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """What the sites feel, and pulses."""
+        """Motion of the sites, and pulses."""
         count = len(self.site_names)
         needed = self._needed()
         ports = [Port("site_orientation", (count, 4), "1", (1.0, 0.0, 0.0, 0.0), optional=not needed[0]),

@@ -18,12 +18,13 @@ from fesloop.errors import InputError
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from plants.checks import require_not_negative, require_positive
-from plants.linear.system import NEGLIGIBLE
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
 STEP_NS = 500_000
 """Longest step (chosen: activation is right within 1e-6)."""
+NEGLIGIBLE = 1e-100
+"""Values below this become zero, as denormal numbers are slow."""
 SLOWEST_HZ = 1e-3
 """Frequency below which there are no pulses."""
 CALCIUM, TROPONIN, FORCE, SCALING, RELAXATION, SENSITIVITY = range(6)
