@@ -18,9 +18,8 @@ from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.abilities import AgeLimit
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
-from fesloop.loop.guard import is_finite
 from fesloop.loop.record import StatusLatch
-from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.signals import NEVER, Port, Sample, Value, is_finite
 
 Array = NDArray[np.float64]
 _LEAST_S = 1e-9

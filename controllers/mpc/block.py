@@ -21,8 +21,7 @@ from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit, Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS
-from fesloop.loop.guard import is_finite
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Value, is_finite
 
 Array = NDArray[np.float64]
 

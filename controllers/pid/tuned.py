@@ -18,9 +18,8 @@ from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
-from fesloop.loop.guard import is_finite
 from fesloop.loop.record import StatusLatch
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Value, is_finite
 from fesloop.models.linear_model import LinearModel
 
 if TYPE_CHECKING:

@@ -20,9 +20,8 @@ from fesloop.hand.movements import FREEDOMS, MovementName, movement_of
 from fesloop.loop.abilities import Passage
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
-from fesloop.loop.guard import is_finite
 from fesloop.loop.noise import stream_key
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Value, is_finite
 
 Array = NDArray[np.float64]
 REPEATS = 2

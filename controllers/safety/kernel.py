@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
-from fesloop.loop.guard import is_finite
-from fesloop.loop.signals import NEVER, Sample
+from fesloop.loop.signals import NEVER, Sample, is_finite
 
 Array = NDArray[np.float64]
 TEST_LOAD_OHM = 500.0

@@ -12,14 +12,20 @@ import numpy as np
 from fesloop.errors import RunError
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, ticks_from
-from fesloop.loop.guard import Outputs, finite_check
 from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.order import Sampling, upstream_first
-from fesloop.loop.plants import ExactStation, GridStation, PlantInputs, PlantRecord, PlantStation
-from fesloop.loop.publish import Publisher, Sampler
+from fesloop.loop.plants import (
+    ExactStation,
+    GridStation,
+    PlantInputs,
+    PlantRecord,
+    PlantStation,
+    Publisher,
+    Sampler,
+)
 from fesloop.loop.record import BlockRow, EventRow, Recorder
-from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.signals import NEVER, Outputs, Port, Sample, Value, finite_check
 from fesloop.loop.wire import Link
 from fesloop.loop.wiring import Wiring
 

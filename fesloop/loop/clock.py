@@ -88,6 +88,10 @@ class Clock(Protocol):
     def period_s(self) -> float:
         """Usual distance between ticks, s: for coefficients, never for time."""
 
+    @property
+    def shortest_ns(self) -> int:
+        """Shortest distance between two ticks, ns."""
+
     def tick(self, index: int) -> int:
         """Instant of tick `index` in ns, FOREVER if the clock has stopped before it."""
 

@@ -24,7 +24,7 @@ from fesloop.loop.clock import NS_PER_MS, Clock, RateClock
 from fesloop.loop.latency import LatencyReport
 from fesloop.loop.nodes import Node
 from fesloop.loop.parameters import changed, parameter_digests
-from fesloop.loop.publish import Sampler
+from fesloop.loop.plants import Sampler
 from fesloop.loop.record import EventRow, Recorder
 from fesloop.loop.wiring import Wiring, require_count
 

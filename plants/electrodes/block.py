@@ -14,8 +14,7 @@ from fesloop.errors import InputError
 from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
-from fesloop.loop.guard import is_finite
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Value, is_finite
 from plants.checks import require_not_negative, require_positive, require_shape
 from plants.electrodes.arrays import (
     ALONG,

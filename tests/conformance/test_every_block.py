@@ -41,7 +41,7 @@ from fesloop.loop.abilities import (
 from fesloop.loop.assembly import empty_sample
 from fesloop.loop.block import Tick, is_plant
 from fesloop.loop.clock import NS_PER_MS
-from fesloop.loop.guard import check_shapes
+from fesloop.loop.signals import check_shapes
 
 KINDS = sorted({e.name for e in entry_points(group="fesloop.blocks")} - parts.NOT_WITHOUT_FILES)
 TICKS = 40

@@ -1,5 +1,6 @@
 """Forward kinematics by three independent ways, Jacobians by differences, angles there and back."""
 
+import homogeneous
 import mujoco
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 from mujoco_trees import mujoco_model
 
 from fesloop.errors import InputError
-from fesloop.hand import homogeneous, kinematics, quaternion
+from fesloop.hand import kinematics, quaternion
 from fesloop.hand import kinematics_kernels as kernels
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.segments import Segment, SegmentTree

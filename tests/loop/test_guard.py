@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import RunError
-from fesloop.loop.guard import check_shapes
-from fesloop.loop.signals import Port
+from fesloop.loop.signals import Port, check_shapes
 
 ANGLES, PHASE = Port("angles", (3,), "rad"), Port("phase")
 

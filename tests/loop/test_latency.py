@@ -11,8 +11,7 @@ from loop_parts import ImpulseProbe, Pass
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration
-from fesloop.loop.instants import Transit
-from fesloop.loop.latency import LatencyReport
+from fesloop.loop.latency import LatencyReport, Transit
 from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire

@@ -8,10 +8,10 @@ from eager_loop import Adder
 from loop_parts import Sink, Source
 
 from fesloop.errors import InputError
-from fesloop.loop.guard import is_finite
 from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
+from fesloop.loop.signals import is_finite
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 

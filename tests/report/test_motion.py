@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from homogeneous import segment_matrices
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,7 +16,6 @@ from fesloop.experiment.files.parse import load
 from fesloop.experiment.running.trial import run
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.homogeneous import segment_matrices
 from fesloop.hand.skeleton import RESTING_DEG, dorsal_points, hand_tree
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.nodes import Node

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from homogeneous import segment_matrices
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.homogeneous import segment_matrices
 from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.show.view.posture_stream import layout_of
 from fesloop.streams.live.description import Channel

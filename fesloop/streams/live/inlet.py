@@ -15,9 +15,8 @@ from fesloop.hand.skeleton import pairs_of_names
 from fesloop.loop.abilities import Present
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
-from fesloop.loop.guard import is_finite
 from fesloop.loop.record import StatusLatch
-from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
+from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value, is_finite
 from fesloop.streams.checks import plausible_acc, plausible_gyr, plausible_mag
 from fesloop.streams.labels import GRAVITY, Kind
 from fesloop.streams.live.description import Declared, Picked, channels_of, pick_angles, pick_inertial
