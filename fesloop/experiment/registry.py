@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.loop.abilities import contract_faults
 
 if TYPE_CHECKING:
     from fesloop.hand.anthropometry import HandSize
@@ -83,6 +82,8 @@ def find(kind: str) -> type[Any]:
     Raises InputError for an unknown kind, for one whose package does not import, and for a class that
     breaks the contract of blocks and plants.
     """
+    from fesloop.loop.abilities import contract_faults  # which loads numpy: `fesloop list` does without
+
     entry = _entries().get(kind)
     if entry is None:
         remedy = (did_you_mean(kind, kinds()) if ":" not in kind else
