@@ -55,7 +55,7 @@ INDIRECT = {
         "controllers/safety/block.py:_trouble", "controllers/safety/kernel.py:_present",
         "controllers/safety/kernel.py:_plausible"),
     ("controllers/safety/block.py", "status"): ("controllers/safety/kernel.py:LIMITED",),
-    ("estimators/constrained/block.py", "status"): ("estimators/constrained/block.py:report",),
+    ("estimators/constrained/block.py", "event"): ("estimators/constrained/block.py:report",),
     ("estimators/kortier/tick.py", "status"): ("estimators/kortier/tick.py:report_unseen",),
     ("estimators/salchow/fusion.py", "status"): ("estimators/salchow/fusion.py:_report_unseen",),
     ("estimators/samples/arrivals.py", "status"): ("estimators/samples/arrivals.py:_report",),

@@ -9,7 +9,8 @@ import pytest
 from docstrings import DOI, found_doi
 
 ROOT = Path(__file__).resolve().parents[2]
-HOSTS = {"bids-specification.readthedocs.io", "doi.org", "labstreaminglayer.readthedocs.io", "www.w3.org"}
+HOSTS = {"bids-specification.readthedocs.io", "doi.org", "labstreaminglayer.readthedocs.io",
+         "python-control.org", "www.w3.org"}
 _ADDRESS = re.compile(r"\bhttps?://[^\s\"'`<>\\\])]+")
 _DOI_LINK = re.compile(r"\[([^\]]*)\]\(https://doi\.org/(\S+?)\)(?!\d)")
 _FORM = re.compile(r"10\.\d{4,9}/[!-~]*[A-Za-z0-9)]")

@@ -50,7 +50,7 @@ def test_check_run_and_report_say_it(change, said, tmp_path, capsys, monkeypatch
     assert main(["check", EXPERIMENT, *given]) == 0
     checked = " ".join(capsys.readouterr().out.split())
     assert said in checked
-    assert ("No latency budget: no way leads" in checked) == (change[-1] in OPEN)
+    assert ("No latency budget: no path leads" in checked) == (change[-1] in OPEN)
     assert main(["run", EXPERIMENT, *given]) == 0
     out = capsys.readouterr()
     assert re.search(f"fesloop: caution: .*{re.escape(said)}", out.err)

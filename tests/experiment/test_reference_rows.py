@@ -87,4 +87,4 @@ def test_the_command_line_says_it_in_one_line_with_exit_code_2(tmp_path, capsys,
     told = [line for line in capsys.readouterr().err.splitlines() if "range of motion" in line]
     assert len(told) == 1
     assert "blocks.reference.phases[2].deg.finger_flexion: 130 deg" in told[0]
-    assert "stay within it, or state a range_deg of your own" in told[0]
+    assert "stay within it, or give a range_deg of your own" in told[0]

@@ -76,7 +76,7 @@ def test_a_report_begins_with_the_most_important(run):
     found = [each for each in troubles(known.recording, known.metrics)
              if each.kind not in ("broken_off", "rose")]
     if "broken_off" in kinds:
-        assert told.startswith(("The run failed", "The run was interrupted", "The run is not over"))
+        assert told.startswith(("The run failed", "The run was interrupted", "The run is still under way"))
     elif found:
         assert told.startswith(found[0].sentence)
         assert all(each.text[1:] in told for each in found)
@@ -201,7 +201,7 @@ def test_an_angle_about_an_axis_that_its_joint_hardly_turns_about_is_named():
     assert "b-c" not in told
 
 
-@given(still=st.floats(1.0, 50.0), ratio=st.floats(0.9, 1.2))
+@given(still=st.floats(1.01, 50.0), ratio=st.floats(0.9, 1.2))
 def test_errors_that_are_shown_alike_are_not_called_worse(still, ratio):
     metrics = {"joint_rmse_deg": [ratio * still], "unmoved_rmse_deg": [still]}
     texts = [each.text for each in troubles(Told([(1.0, 1.0, 1.0)], learns=False), metrics)]

@@ -29,7 +29,7 @@ MISTAKES = {
     "blocks.electrodes.skin_gain=[1.0]": "blocks.electrodes.skin_gain: shape (1,)",
     "blocks.electrodes.shift_mm=300.0": "element 0 lies 358 mm from the elbow",
     'blocks.electrodes.motor_points=[{muscle="THENAR", around_deg=0.0, along_mm=9.0, depth_mm=3.0}]':
-        "a muscle inside the hand",
+        "is a muscle of the hand",
     'blocks.muscles.model="hill"': "'hammerstein', 'riener', 'ding2003' or 'ding2007'",
     'blocks.muscles.model="ding2003"': "ding2003.fatigue",
     "blocks.muscles.delay_ms=-1.0": "blocks.muscles.delay_ms: -1.0 is negative",

@@ -30,7 +30,7 @@ def test_a_strip_left_off_leaves_its_joints_unseen():
 
 
 @pytest.mark.parametrize(("sensors", "sensed", "text"), [
-    (2, (), "name the segments"), (2, ("hand", "F2q"), "F2q"), (2, ("hand", "hand"), "twice"),
+    (2, (), "name the sensors' segments"), (2, ("hand", "F2q"), "F2q"), (2, ("hand", "hand"), "twice"),
     (3, ("hand", "F2p"), "one name a sensor")])
 def test_names_that_do_not_fit_are_named(sensors, sensed, text):
     with pytest.raises(InputError, match=text):

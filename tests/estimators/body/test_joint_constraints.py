@@ -28,7 +28,7 @@ def test_impossible_joints_are_refused(wrong, match):
 
 @pytest.mark.parametrize(("ends", "match"), [
     (((0, 3),), "0 to 2"), (((0, 1), (2, 1)), "one joint a child"), (((1, 2), (2, 1)), "ring"),
-    (((1, 2), (0, 1)), "before")])
+    (((1, 2), (0, 1)), "child of no earlier joint")])
 def test_joints_that_form_no_tree_are_refused(ends, match):
     with pytest.raises(InputError, match=match):
         joint_table(tuple(Joint(parent=p, child=c, kind="ball") for p, c in ends), 3)
