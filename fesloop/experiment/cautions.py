@@ -15,9 +15,9 @@ from fesloop.loop.wiring import Wiring
 Caution = tuple[str, str, str]
 """Node, status, detail."""
 _MEASURED = "measured"
-"""Input by which controllers get what they control."""
+"""Input of a controller that receives the controlled quantity."""
 _LOOKS = 2000
-"""Instants of the scored span at which a reference is looked at (chosen: ms apart in a trial of seconds)."""
+"""Instants of the scored span at which a reference is evaluated (chosen: ms apart in a trial of seconds)."""
 _STILL = 1e-9
 """Chosen: less than this, rad, is round-off and no motion."""
 
@@ -79,15 +79,15 @@ def _references(experiment: Experiment) -> Iterator[Caution]:
         late = times[times > duration_s]
         if not still and not late.size:
             continue
-        told = []
+        texts = []
         if late.size:
-            told.append(f"{late.size} of {times.size} way-points, at {_span(late)} s, lie beyond the trial "
-                        f"of {duration_s:g} s")
+            texts.append(f"{late.size} of {times.size} way-points, at {_span(late)} s, lie beyond the trial "
+                         f"of {duration_s:g} s")
         if still:
-            told.append(f"the reference does not move from {score.after_s:g} to {until_s:g} s, where it is "
-                        "scored: an error of 0 shows nothing")
+            texts.append(f"the reference does not move from {score.after_s:g} to {until_s:g} s, where it is "
+                         "scored: an error of 0 shows nothing")
         yield (node.name, "reference_still" if still else "reference_cut_off",
-               f"{'; '.join(told)}; times are in seconds from the trial's beginning")
+               f"{'; '.join(texts)}; times are in seconds from the trial's beginning")
 
 
 def _span(times: np.ndarray) -> str:

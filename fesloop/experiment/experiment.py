@@ -23,8 +23,8 @@ class Experiment(ExperimentSpecification):
             progress: Callable[[float], None] | None = None) -> Result:
         """Run every trial and leave one recording in the folder `out`.
 
-        `realtime` keeps simulated time in step with the wall clock; a `Pacing` also says how, such as what
-        becomes of late ticks. `progress` is told the fraction done.
+        `realtime` keeps simulated time in step with the wall clock; a `Pacing` also sets, for
+        example, how late ticks are treated. `progress` receives the fraction done.
         Raises RunError if the run fails and KeyboardInterrupt if it is interrupted; what was recorded
         until then is kept.
         """

@@ -33,7 +33,7 @@ class Score:
     fingertips: positions of fingertips, (tips, 3), m.
     trackers: nodes whose output `fingertips` is compared with them; gives fingertip_rmse_mm.
     tips: names of the fingertips, keys of their own metrics; empty: F1, F2, ...
-    grasp: an object to be held. cycles: a contraction that repeats.
+    grasp: a grasp of an object. cycles: a contraction that repeats.
     search: a search for elements that cause a movement.
     after_s: initial part of each trial that is not scored. until_s: end of the scored part for joint angles,
         such as before an object is touched; None: the end of the trial.

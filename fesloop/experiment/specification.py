@@ -43,9 +43,9 @@ def row_faults(wiring: Wiring) -> list[InputError]:
     faults: list[InputError] = []
     for controller, by_port in sources.items():
         measured = by_port.get(_MEASURED)
-        told = {by_port[port].name: by_port[port] for port in _REFERENCES if port in by_port}
+        references = {by_port[port].name: by_port[port] for port in _REFERENCES if port in by_port}
         if measured is not None:
-            for reference in told.values():
+            for reference in references.values():
                 faults += _faults(reference, measured, controller)
     return faults
 
@@ -62,8 +62,8 @@ def _faults(reference: Node, measured: Node, controller: str) -> Iterator[InputE
                          "give both the same rows in the same order")
     if rows or not (hasattr(reference.part, "extremes") and hasattr(measured.part, "ranges")):
         return
-    told, limits = reference.part.extremes, measured.part.ranges
-    for row, ends, (low, high) in zip(names, told, limits, strict=True):
+    extremes, limits = reference.part.extremes, measured.part.ranges
+    for row, ends, (low, high) in zip(names, extremes, limits, strict=True):
         for value in ends:
             if not low - _ROUNDING <= value <= high + _ROUNDING:
                 yield InputError(
@@ -260,7 +260,7 @@ class ExperimentSpecification:
     def as_json(self) -> str:
         """The document as JSON text, the same text for the same experiment.
 
-        Keys are sorted, but blocks stand as they were declared: by that order the loop breaks ties.
+        Keys are sorted, but blocks keep the order of their declaration, by which the loop breaks ties.
         """
         document = json.loads(json.dumps(self._document(), sort_keys=True))
         document["blocks"] = {node.name: document["blocks"][node.name] for node in self.nodes}
@@ -290,7 +290,7 @@ def _raise_any(faults: Iterable[InputError]) -> None:
 
 
 def _owner(nodes: Iterable[Node], follower: Node) -> str:
-    """Name of the node whose own clock a node follows; raises InputError if there is none."""
+    """Name of the node with the clock that a node follows; raises InputError if there is none."""
     for node in nodes:
         if node.given_clock is None and node.clock == follower.given_clock:
             return node.name

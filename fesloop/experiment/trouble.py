@@ -84,9 +84,8 @@ KINDS = ("broken_off", "recording", "safety", "failed", "noted", "not_held", "no
 """Kinds of troubles, the most important first.
 
 broken_off: the run did not get to its end. recording: gyroscope and accelerometer of the recording that was
-played do not tell the same turn, or its sensors have other axes than their segments, or a tracker's angles
-are for long what no joint can be, so that no angle of
-the run is right. safety: no channel gave a pulse,
+played disagree on rotation, or its sensors have other axes than their segments, or a tracker's angles are
+long outside what any joint can reach, so that no angle of the run is right. safety: no channel gave a pulse,
 or the safety block took stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
@@ -100,8 +99,8 @@ def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -
     found = (_broken_off(recording, cause), _recording(recording), _safety(recording, metrics),
              _failures(recording), (*_notes(recording), *_other_axis(metrics)), _not_held(metrics),
              _no_better(metrics), _rose(metrics))
-    told = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
-    return told if comparable(told) else [each for each in told if each.kind != "rose"]
+    every = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
+    return every if comparable(every) else [each for each in every if each.kind != "rose"]
 
 
 def comparable(found: Iterable[Trouble]) -> bool:
@@ -141,23 +140,23 @@ def _recording(recording: Recorded) -> Iterator[str]:
 
 
 def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
-    """Stimulation that was withheld or taken away, but for what keeps it off until trackers are aligned."""
+    """Stimulation that was withheld or taken away, except by what keeps it off until trackers are aligned."""
     blocks = _of_kind(recording, "safety")
-    told = [event for event in recording.events if event.where in blocks]
+    events = [event for event in recording.events if event.where in blocks]
     aligned: dict[int, float] = {event.trial: math.inf for event in recording.events
                                  if event.status == _ALIGNING}
     aligned |= {event.trial: event.time_ns for event in recording.events if event.status == _ALIGNED}
     trials = {block: [stimulated(recording, block, trial, _from_ns(aligned, trial))
                       for trial in range(recording.trials)] for block in sorted(blocks)}
     without = {trial for each in trials.values()
-               for trial in _without_pulse(recording, metrics, told, each)}
-    stopped = [event for event in told if event.status in _STOPPED]
+               for trial in _without_pulse(recording, metrics, events, each)}
+    stopped = [event for event in events if event.status in _STOPPED]
     if without:
         yield _no_pulse(recording, blocks, sorted(without), trials)
     if stopped:
         first = stopped[0]
         yield f"stimulation ended for good{_when(recording, first)}: {first.where}: {first.detail}"
-    ramped = [event for event in told if _took_away(event, aligned) and event.trial not in without
+    ramped = [event for event in events if _took_away(event, aligned) and event.trial not in without
               and not _idle(trials[event.where], event.trial)]
     if ramped:
         first = ramped[0]
@@ -165,11 +164,11 @@ def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
         yield (f"stimulation was taken away{_when(recording, first)}{again}: {first.where}: {first.status}: "
                f"{first.detail}")
     if not (ramped or stopped):
-        yield from _mostly_cut(recording, told, trials, without)
+        yield from _mostly_cut(recording, events, trials, without)
 
 
 def _from_ns(aligned: Mapping[int, float], trial: int) -> int:
-    """From when on a trial's trackers are aligned, as far as that is known."""
+    """Instant at which a trial's trackers are aligned, as far as that is known; else 0."""
     since = aligned.get(trial, 0.0)
     return int(since) if math.isfinite(since) else 0
 
@@ -191,7 +190,7 @@ def _took_away(event: Event, aligned: Mapping[int, float]) -> bool:
     return event.status in _WITHHELD and event.time_ns > (0.0 if until in (None, math.inf) else until)
 
 
-def _without_pulse(recording: Recorded, metrics: Mapping[str, Any], told: Sequence[Event],
+def _without_pulse(recording: Recorded, metrics: Mapping[str, Any], events: Sequence[Event],
                    trials: Sequence[Stimulated | None]) -> Iterator[int]:
     """Trials in which no channel gave a pulse, although there was something to do."""
     blocks = recording.experiment.get("blocks", {})
@@ -205,7 +204,7 @@ def _without_pulse(recording: Recorded, metrics: Mapping[str, Any], told: Sequen
         moves = isinstance(still, list) and trial < len(still) and _finite(still[trial]) \
             and still[trial] > _MOVES_DEG
         kept_off = any(event.trial == trial and event.status in _WITHHELD and event.time_ns > 0
-                       for event in told)
+                       for event in events)
         if found.commanded > 0.0 or moves or kept_off:
             yield trial
 
@@ -227,8 +226,8 @@ def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int],
     why = kept_off or cut or [event for event in inside if event.where in blocks]
     which = f" in {len(trials)} of {recording.trials} trials" if recording.trials > 1 else ""
     if len(silent) == len(found):
-        told = next((f" ({each.where}: {each.status}: {each.detail})" for each in reversed(cut)), "")
-        return f"no channel gave a pulse{which}: none was commanded: {', '.join(silent)} has none{told}"
+        reason = next((f" ({each.where}: {each.status}: {each.detail})" for each in reversed(cut)), "")
+        return f"no channel gave a pulse{which}: none was commanded: {', '.join(silent)} has none{reason}"
     if not why:
         return f"no channel gave a pulse{which}: nothing was commanded"
     last = why[-1]
@@ -236,7 +235,7 @@ def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int],
     return f"no channel gave a pulse{which}: {said}"
 
 
-def _mostly_cut(recording: Recorded, told: Sequence[Event],
+def _mostly_cut(recording: Recorded, events: Sequence[Event],
                 trials: Mapping[str, Sequence[Stimulated | None]], without: set[int]) -> Iterator[str]:
     """Trials in which safety lets through less than half of the charge that is commanded."""
     for block, each in trials.items():
@@ -244,7 +243,7 @@ def _mostly_cut(recording: Recorded, told: Sequence[Event],
                and trial not in without and found.passed < _MOST_LOST * found.commanded]
         if cut:
             trial, found = cut[-1]
-            why = next((f": {event.status}{_when(recording, event)}" for event in told
+            why = next((f": {event.status}{_when(recording, event)}" for event in events
                         if event.where == block and event.status.endswith(_LIMITED)), "")
             which = f" in trial {trial}" if recording.trials > 1 else ""
             share = 100.0 * found.passed / found.commanded

@@ -122,7 +122,7 @@ def quantity(signal: TableSignal) -> Quantity:
 
 
 def channels(signal: TableSignal, block: Mapping[str, Any]) -> tuple[Channel, ...]:
-    """A signal's channels in the order in which its values lie in memory, the last axis running fastest.
+    """A signal's channels in the order of its values in memory: the last axis changes fastest.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """CSV (RFC 4180): a table a node, as all signals of a node share their instants, and one of events.
 
 The header names each column and its unit in brackets. First come the stamps: instants are s from the trial's
-start with nine decimals. What is missing is `nan`. Beside a table with gyroscopes and accelerometers lies a
-layout, with which `fesloop import` reads it back.
+start with nine decimals. Missing values are `nan`. A table with gyroscopes and accelerometers comes with
+a layout file, with which `fesloop import` reads it back.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ def _write_table(selection: Selection, table: SignalTable, stem: Path) -> None:
 
 def _columns(selection: Selection, table: SignalTable) -> dict[TableSignal, list[str]]:
     """Names of the columns of each signal; a comma, quote or break in a name is an underscore."""
-    told = [(signal, f"{signal.port}{'.' if channel.label else ''}{channel.label} [{channel.unit}]")
-            for signal in table.signals for channel in selection.channels(signal)]
-    plain = [name.translate({ord(sign): "_" for sign in ',"\r\n'}) for _, name in told]
+    labelled = [(signal, f"{signal.port}{'.' if channel.label else ''}{channel.label} [{channel.unit}]")
+                for signal in table.signals for channel in selection.channels(signal)]
+    plain = [name.translate({ord(sign): "_" for sign in ',"\r\n'}) for _, name in labelled]
     names: dict[TableSignal, list[str]] = {signal: [] for signal in table.signals}
-    for (signal, _), name in zip(told, unique([*STAMPS, *plain])[len(STAMPS):], strict=True):
+    for (signal, _), name in zip(labelled, unique([*STAMPS, *plain])[len(STAMPS):], strict=True):
         names[signal].append(name)
     return names
 

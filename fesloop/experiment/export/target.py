@@ -88,7 +88,7 @@ def file_name(name: str) -> str:
 
 
 def unique(names: Sequence[str], between: str = "_") -> list[str]:
-    """The same names, those that stand there already, in small or capital letters, with a number behind."""
+    """The same names, with a number behind each that repeats an earlier one in any case of letters."""
     found: list[str] = []
     for name in names:
         number, tried = 1, name

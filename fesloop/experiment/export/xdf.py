@@ -43,10 +43,10 @@ _CHANNEL_TYPES: dict[Quantity, tuple[str, str]] = {
     "acceleration": ("Acceleration", "XYZ"), "rate": ("AngularVelocity", "XYZ"),
     "field": ("MagneticField", "XYZ"), "orientation": ("Orientation", "ABCD"), "joint_angle": ("Angle", ""),
     "position": ("Position", "XYZ"), "velocity": ("Velocity", "XYZ"), "other": ("", "")}
-"""Orientation is A, B, C, D, of which B, C, D are the axial parts (XDF wiki, MoCap meta-data); Position X, Y,
-Z too; the others are named alike."""
+"""Types and axes. Orientation is A, B, C, D, where B, C, D are the axial parts (XDF wiki, MoCap meta-data);
+Position has X, Y, Z; the others are named alike."""
 _UNITS = {"m": "meters", "1": "normalized"}
-"""As that page has them; others SI."""
+"""Names of units from the same page; other units are SI symbols."""
 
 
 @dataclass(slots=True)
@@ -139,7 +139,7 @@ def _write_trial(writer: _Writer) -> None:
 
 
 def _dated(selection: Selection, table: SignalTable) -> Iterator[tuple[int, SignalTable, Piece]]:
-    """Pieces after the instants at which they begin, by which those of all tables are interleaved."""
+    """Yield (first instant, table, piece), by which the pieces of all tables are interleaved."""
     return ((int(piece.times_ns[0]), table, piece) for piece in selection.pieces(table))
 
 

@@ -41,12 +41,12 @@ class Guide:
     Attributes
     ----------
     job: what it is for.
-    takes_s: about how long `fesloop run` takes as the file stands, s of wall time of one free core, code
-        compiled; `fesloop bench shipped` measures it.
+    takes_s: about how long `fesloop run` takes with the default settings, s of wall time of one free core,
+        code compiled; `fesloop bench shipped` measures it.
     needs: what must be there: extras of fesloop, input, a way to run.
     needs_with: what a setting needs beyond, such as {"plant=myohand" = "extra myohand"}.
-    try_next: commands that go on from its run, whose recording `RUN.h5` stands for, and `RECORDING` for the
-        one that it played.
+    try_next: commands that continue from its run; `RUN.h5` in them means the recording of the run, and
+        `RECORDING` the recording that it played.
     """
 
     job: Job
@@ -62,10 +62,10 @@ class Guide:
     def next_commands(self, recording: str, settings: Sequence[str] = (), scored: bool = True) -> list[str]:
         """Commands to try next, ready to be typed, with the recording of the run.
 
-        One that takes a model of the run's patient goes on with that patient: with those of the run's
-        `settings`, "KEY=VALUE" each, that choose it. One that plays the run's own source goes on with that
-        file, its layout and its pairs; it is left out where no setting names the file, and, if it fits an
-        error, where the run did not score its tracker.
+        A command that takes a model of the run's patient gets the run's `settings`, "KEY=VALUE" each, that
+        choose the patient. A command that plays the run's own source gets that file, its layout and its
+        pairs; it is left out where no setting names the file, and, if it fits an error, where the run did
+        not score its tracker.
         """
         same = "".join(f" --set {shlex.quote(setting)}" for setting in settings
                        if _parts(setting)[0] in _PATIENT)

@@ -84,7 +84,7 @@ def _form(kinds: tuple[tuple[str, type[Any]], ...]) -> tuple[Any, TypeAdapter[An
 
 
 def _with_alias(fault: InputError, document: dict[str, Any]) -> InputError:
-    """Add to the fault of a missing key the alias by which the command line can set it."""
+    """Name, in the fault of a missing key, the alias that sets the key on the command line."""
     aliases = document.get("aliases")
     if fault.found == "is missing" and isinstance(aliases, dict):
         for alias, paths in aliases.items():
@@ -283,8 +283,8 @@ def _followed(name: str, blocks: Mapping[str, Mapping[str, Any]]) -> list[str]:
     circle = chain[chain.index(owner):]
     if name != next(each for each in blocks if each in circle):
         return []
-    told = " follows ".join((*circle, owner))
-    raise InputError(f"blocks.{name}.clock", f"there is no clock to follow: {told}",
+    ring = " follows ".join((*circle, owner))
+    raise InputError(f"blocks.{name}.clock", f"there is no clock to follow: {ring}",
                      "a block with a rate or a clock of its own")
 
 
@@ -320,11 +320,11 @@ def _can_be_wired(table: dict[str, Any], nodes: Mapping[str, Node | None]) -> bo
     """Return whether to keep an optional wire: its ports exist, or the input requires it."""
     ports = []
     for end, side in ((table["from"], "outputs"), (table["to"], "inputs")):
-        name, _, wanted = end.partition(".")
+        name, _, port_name = end.partition(".")
         node = nodes.get(name)
         if node is None:
             return False
-        ports.append([port for port in getattr(node.part, side) if port.name == wanted])
+        ports.append([port for port in getattr(node.part, side) if port.name == port_name])
     sources, targets = ports
     return bool(targets) and (bool(sources) or not targets[0].optional)
 

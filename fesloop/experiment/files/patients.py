@@ -32,8 +32,8 @@ _TABLES: dict[Any, Callable[[Path], dict[str, Any]]] = {
 CHOICE = closed("PatientChoice", {
     "file": Required[str], "cohort": NotRequired[int], "member": NotRequired[int], "day": NotRequired[int],
     "drawn": NotRequired[dict[str, Any]]})
-"""The table [patient]: a preset's name or a file's path; which member of which cohort (0) and which day; and
-the patient that came of it, as a recording keeps it, in place of the file."""
+"""The table [patient]: a preset's name or a file's path; number of the member and of the cohort (0), and the
+day; and `drawn`, the resulting patient, which a recording keeps in place of the file."""
 
 
 def drawn_patient(choice: Mapping[str, Any]) -> Patient:
@@ -67,8 +67,8 @@ def patient_of(document: Mapping[str, Any], faults: Sequence[InputError]
 def with_patient(document: Mapping[str, Any], patient: Patient, kinds: Kinds) -> dict[str, Any]:
     """Add the patient's parameters to the blocks of a document, which overrides them.
 
-    Its form must be the declared one, but for parameters that are missing. Raises InputError for a patient of
-    whom no block is told, and whom no model is held against: results would be said to be theirs.
+    The document's form must be the declared one, but for parameters that are missing. Raises InputError for a
+    patient who changes no block and whom no model is compared with: results would carry the wrong name.
     """
     choice, blocks = document["patient"], document["blocks"]
     added = {name: _parameters(table, patient, kinds) for name, table in blocks.items()}
@@ -76,8 +76,8 @@ def with_patient(document: Mapping[str, Any], patient: Patient, kinds: Kinds) ->
         raise InputError("patient", f"{choice['file']!r} would change nothing",
                          "an experiment with a block that is told of a patient: a hand, muscles, electrodes",
                          "remove it")
-    told = {name: _merged(more, blocks[name]) if more else blocks[name] for name, more in added.items()}
-    return {**document, "blocks": told, "patient": {**choice, "drawn": patient.table()}}
+    overridden = {name: _merged(more, blocks[name]) if more else blocks[name] for name, more in added.items()}
+    return {**document, "blocks": overridden, "patient": {**choice, "drawn": patient.table()}}
 
 
 def _of_a_file(blocks: Mapping[str, Any]) -> bool:
@@ -114,7 +114,7 @@ def _merged(added: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
 def patient_fingerprint(choice: Mapping[str, Any]) -> str:
     """SHA-256 of the patient of a table [patient], whatever the day, as hexadecimal text.
 
-    "" where that is not known: a patient who was drawn for a day, and whose file no longer gives that one.
+    "" where that is not known: for a patient who was sampled for a day, and whose file now gives another.
     """
     table = choice.get("drawn")
     try:
@@ -146,22 +146,22 @@ def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool =
     """Replace the names of model files in a document by the models.
 
     A block that does not say `current_ma` gets the file's. The document's form must be the declared one, but
-    for parameters that are missing. Models are held against the patient only where it is known. Raises
-    InputErrors, a line for each file that is no model, or one of something else.
+    for parameters that are missing. Models are compared with the patient only where it is known. Raises
+    InputErrors, a line for each file that is no model, or is a model of something else.
     """
-    told: dict[str, Any] = {}
+    loaded: dict[str, Any] = {}
     notes: list[str] = []
     faults: list[InputError] = []
     for name, table in document["blocks"].items():
         try:
-            told[name] = _with_model(f"blocks.{name}", table, document, kinds, notes, patient_known)
+            loaded[name] = _with_model(f"blocks.{name}", table, document, kinds, notes, patient_known)
         except InputErrors as several:
             faults += several.faults
         except InputError as fault:
             faults.append(fault)
     if faults:
         raise InputErrors(faults)
-    return {**document, "blocks": told, **_noted(document["experiment"], notes)}
+    return {**document, "blocks": loaded, **_noted(document["experiment"], notes)}
 
 
 def _noted(about: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -197,11 +197,11 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     """Plain table of the model in a file; its `current_ma` is added to `table` if that has none."""
     try:
         model = load_patient_model(Path(value["file"]))
-        wanted = _wanted(table, document, model)
+        required = _wanted(table, document, model)
         if value.get("any_patient") or not patient_known:
-            del wanted["patient"]
-            wanted.pop("patient_fingerprint", None)
-        require_same(value["file"], model, wanted)
+            del required["patient"]
+            required.pop("patient_fingerprint", None)
+        require_same(value["file"], model, required)
         if not value.get("any_fit"):
             require_usable(value["file"], model)
     except InputError as fault:
@@ -218,15 +218,15 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
 def _wanted(table: Mapping[str, Any], document: Mapping[str, Any], model: PatientModel) -> dict[str, Any]:
     """Properties of the experiment that a model is made for, as far as they are given."""
     choice, blocks = document.get("patient"), document["blocks"]
-    wanted: dict[str, Any] = {
+    properties: dict[str, Any] = {
         "patient": describe({key: item for key, item in choice.items() if key != "day"}) if choice else ""}
     if choice and model.patient_fingerprint:
-        wanted["patient_fingerprint"] = patient_fingerprint(choice)
+        properties["patient_fingerprint"] = patient_fingerprint(choice)
     for other in blocks.values():
         if other["kind"] == "stimulator":
-            wanted["electrodes"] = electrodes_in_words(other, len(model.current_ma))
+            properties["electrodes"] = electrodes_in_words(other, len(model.current_ma))
         if other["kind"] == "synergies" and "rows" in other:
-            wanted["outputs"] = tuple(other["rows"])
+            properties["outputs"] = tuple(other["rows"])
     if "current_ma" in table:
-        wanted["current_ma"] = tuple(float(value) for value in table["current_ma"])
-    return wanted
+        properties["current_ma"] = tuple(float(value) for value in table["current_ma"])
+    return properties

@@ -1,4 +1,4 @@
-"""Experiment and study files as tables, each laid over the file that it extends.
+"""Experiment and study files as tables, each merged over the file that it extends.
 
     extends = "hand_rig"
 
@@ -30,7 +30,7 @@ class Shelf(NamedTuple):
     ----------
     what: kind of file for messages, such as "experiment".
     package: package with the files in its folder `shipped`, and those that others extend in `shipped/parts`.
-    overlay: lays tables over those that they extend.
+    overlay: merges tables over those that they extend.
     placed: makes the paths in a user's tables relative to the current folder, given those and their folder.
     """
 

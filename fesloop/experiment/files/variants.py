@@ -106,7 +106,7 @@ def _key(setting: str) -> str:
 
 def _asked(variants: Tables, settings: Sequence[str], name: str) -> dict[str, str]:
     """Options that settings pick, by variant; raises InputError for an unknown option."""
-    asked = {}
+    picked = {}
     for setting in settings:
         variant = _key(setting)
         if variant in variants:
@@ -114,8 +114,8 @@ def _asked(variants: Tables, settings: Sequence[str], name: str) -> dict[str, st
             if option not in known:
                 raise InputError(f"--set {setting}", f"{name} has no {variant} of this name",
                                  ", ".join(known), did_you_mean(option, known))
-            asked[variant] = option
-    return asked
+            picked[variant] = option
+    return picked
 
 
 def options_of(table: Mapping[str, Any]) -> list[str]:
@@ -220,12 +220,12 @@ def _with_option(base: Tables, variant: str, table: Tables, option: str) -> Tabl
 
 
 def _require_obeyed(base: Tables, made: Mapping[tuple[str, str], Tables], table: Tables,
-                    picked: tuple[str, str], asked: bool, name: str) -> None:
+                    picked: tuple[str, str], is_set: bool, name: str) -> None:
     """Raise InputError where an option of an extended file changes a key that the extending file sets."""
     line = [picked[1]]
     while "like" in table[line[-1]]:
         line.append(table[line[-1]]["like"])
-    key = overruled(base, made[picked], picked[0], line, asked)
+    key = overruled(base, made[picked], picked[0], line, is_set)
     if key:
         place = key_text(("variants", *picked))
         raise InputError(f"{name}: {key}", f"is set by the file, and changed by {place} of what it extends",
@@ -236,9 +236,9 @@ def overruled(document: Mapping[str, Any], changed: Mapping[str, Any], variant: 
               options: Sequence[str], asked: bool) -> str:
     """First key that an extending file sets and that an option of an extended file changes; "" if none.
 
-    A file may set the key under the option, or under one that the option is like (`options`), too. An option
-    that a setting `asked` for may remove the key. `document` and `changed` are keyed, before and after the
-    option.
+    A file may also set the key under the option, or under one that the option is like (`options`). An option
+    that a setting selects (`asked`) may remove the key. `document` and `changed` are keyed, before and after
+    the option.
     """
     layers = document.get(EXTENDING, ())
     for number, own in enumerate(layers):

@@ -1,7 +1,7 @@
 """Convergence of a tracker on a recorded motion: its error against the time since it began.
 
-A tracker is begun anew at many instants of one recording. What comes out is the spread, over all beginnings,
-of the error of each relative orientation at each time since then.
+A tracker is restarted at many instants of one recording. The result is the spread, over all starts, of the
+error of each relative orientation at each time since the start.
 """
 
 from __future__ import annotations

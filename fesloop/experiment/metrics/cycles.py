@@ -16,14 +16,14 @@ from fesloop.loop.clock import NS_PER_S, duration_ns
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CycleScore:
-    """A signal whose peak in each cycle is compared with that of the first.
+    """A signal whose peak in each cycle is compared with its peak in the first.
 
     Attributes
     ----------
     signal: forces or activations; of several values their sum counts, or `muscle` alone.
     muscle: of a signal that has one value a muscle (`fesloop.hand.movements`); empty: all.
     cycle_s: length of a cycle; the first begins with the trial.
-    count: cycles that are compared, the last of them with the first; later ones are not looked at.
+    count: cycles that are compared, the last of them with the first; later ones are ignored.
     """
 
     signal: str

@@ -43,8 +43,8 @@ _COLUMNS = [MUSCLES.index(name) for name in CLOSING]
 def charge_c(times_s: Array, pulses: Array, frequency_hz: float) -> float:
     """Charge of one phase, C, summed over the pulses of all channels.
 
-    `pulses` (n, channels, 2), A and s, or (n, channels), C a phase, each standing until the next row, the
-    last as long as the one before it; a device gives `frequency_hz` pulses a second of what stands.
+    `pulses` (n, channels, 2), A and s, or (n, channels), C a phase, each valid until the next row, the
+    last as long as the one before it; a device gives `frequency_hz` pulses a second of the valid row.
     """
     charges = pulses[..., 0] * pulses[..., 1] if pulses.ndim == 3 else pulses
     if times_s.size < 2:
@@ -155,21 +155,21 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     With forces: grip_force_n, mean of the hold by fingertip; time_to_grasp_s, from `starts_s` until the hand
     grips (0 where it did before): until thumb and fingers touch, or where they never do and the object is
     held, until one side does, as the other is then met by a part of the hand that has no sensor;
-    grip_margin, mean grip force of the hold (`grip_force`) over what is needed (`needed_grip_n`), where that
+    grip_margin, mean grip force of the hold (`grip_force`) over `needed_grip_n`, where that
     is known; grip_force_rmse_n against `target_n`.
     With fingertips: aperture_mm at `starts_s` (opening), when the hand grips (contact), as the mean of the
     hold (hold), and with `aperture` its RMSE from `starts_s` until the hand grips, or until the hold ends
     where it does not (rmse).
     With angles: wrist_extension_deg, mean of the hold; with `intended`, unwanted_motion_deg, RMS from
     `starts_s` to the end of the hold.
-    charge_uc: one phase of all pulses of all channels in the trial: of those that the stimulator gave, where
-    the recording has the `charge` of the one that `pulses` command; else of those commanded.
+    charge_uc: charge of one phase, summed over all channels' pulses in the trial: the given pulses where the
+    recording has the `charge` of the stimulator that `pulses` command, else the commanded pulses.
     grasps_until_fatigue: how many such grasps hold one after the other under unchanged stimulation, if grip
     force falls as the fitness of the muscles that close the hand falls from the first to the last instant of
     this trial; 0 where this one does not hold, infinite where fitness does not fall.
 
-    A number that is not known is NaN (`held`: None), and `missing` has the reason in words under its name,
-    None for the trials in which it is known.
+    A number that is not known is NaN (`held`: None), and `missing` has the reason in words under its name;
+    None for a trial with a known number.
     """
     metrics: dict[str, Any] = {}
     for number in range(recording.trials):
@@ -190,7 +190,7 @@ def _of_trial(trial: _Trial) -> Iterator[tuple[tuple[str, ...], Any, str | None]
 
 
 def _why(trial: _Trial, path: tuple[str, ...]) -> str:
-    """Reason for which a metric of a trial is missing."""
+    """Reason why a metric of a trial is missing."""
     score, name = trial.score, ".".join(path)
     touch = (f"thumb and fingers never pressed together by more than {score.contact_n:g} N for "
              f"{LASTING_S:g} s" if score.forces else "contact forces are not scored")
@@ -219,7 +219,7 @@ def _why(trial: _Trial, path: tuple[str, ...]) -> str:
 
 
 def _why_no_count(trial: _Trial) -> str:
-    """Reason for which the number of grasps until fatigue is missing."""
+    """Reason why the number of grasps until fatigue is missing."""
     margin = _margin(trial)
     if math.isnan(margin):
         return "the least grip force is not known: set needed_n"
@@ -321,32 +321,32 @@ def _forces(trial: _Trial) -> dict[str, Any]:
     if score.forces is None:
         return {}
     forces = trial.hold(score.forces)
-    told: dict[str, Any] = {
+    metrics: dict[str, Any] = {
         "grip_force_n": dict(zip(FINGERS, forces.mean(axis=0).tolist(), strict=True)),
         "time_to_grasp_s": _contact_s(trial) - score.starts_s}
     if not math.isnan(_needed_n(trial)):
-        told["grip_margin"] = _margin(trial)
+        metrics["grip_margin"] = _margin(trial)
     if score.target_n is not None:
         signal = trial.recording.signal(score.target_n, trial.number)
         times_s, every = trial.whole(score.forces)
         inside = (times_s >= score.from_s) & (times_s <= score.until_s)
-        wanted = held((signal.times_ns, np.asarray(signal.values)), _ns(times_s[inside]))
-        errors = grip_force(every[inside]) - wanted
-        told["grip_force_rmse_n"] = math.nan if np.isnan(forces).any() else rms_known(errors)
-    return told
+        target = held((signal.times_ns, np.asarray(signal.values)), _ns(times_s[inside]))
+        errors = grip_force(every[inside]) - target
+        metrics["grip_force_rmse_n"] = math.nan if np.isnan(forces).any() else rms_known(errors)
+    return metrics
 
 
 def _posture(trial: _Trial) -> dict[str, Any]:
     """Metrics of angles and fingertips."""
     score = trial.score
-    told: dict[str, Any] = {}
+    metrics: dict[str, Any] = {}
     if score.fingertips is not None:
-        told["aperture_mm"] = _apertures_mm(trial, score.fingertips)
+        metrics["aperture_mm"] = _apertures_mm(trial, score.fingertips)
     if score.angles is not None:
-        told["wrist_extension_deg"] = wrist_extension_deg(trial.hold(score.angles))
+        metrics["wrist_extension_deg"] = wrist_extension_deg(trial.hold(score.angles))
         if score.intended:
-            told["unwanted_motion_deg"] = unwanted_motion_deg(trial.closing(score.angles), score.intended)
-    return told
+            metrics["unwanted_motion_deg"] = unwanted_motion_deg(trial.closing(score.angles), score.intended)
+    return metrics
 
 
 def _apertures_mm(trial: _Trial, name: str) -> dict[str, float]:
@@ -356,46 +356,46 @@ def _apertures_mm(trial: _Trial, name: str) -> dict[str, float]:
     ways = 1e3 * aperture(fingertips, score.opposed)
     at = [score.starts_s, *(() if math.isnan(touched_s) else (touched_s,))]
     opening, *contact = held((_ns(times_s), ways), _ns(np.array(at)))
-    # The end of the last row is rounded up by 1 ns: nothing is told of that instant itself.
+    # The end of the last row is rounded up by 1 ns: that instant itself has no row.
     begun = reached_ns(_ns(times_s)) > round(score.starts_s * NS_PER_S) + 1
-    told = {"opening": float(opening) if begun else math.nan,
-            "contact": float(contact[0]) if contact else math.nan,
-            "hold": float(1e3 * aperture(trial.hold(name), score.opposed).mean())}
+    metrics = {"opening": float(opening) if begun else math.nan,
+               "contact": float(contact[0]) if contact else math.nan,
+               "hold": float(1e3 * aperture(trial.hold(name), score.opposed).mean())}
     if score.aperture is not None:
         before = (times_s >= score.starts_s) & (times_s <= min(
             score.until_s, touched_s if contact else score.until_s))
         signal = trial.recording.signal(score.aperture, trial.number)
-        wanted = 1e3 * aperture(np.asarray(signal.values), score.opposed)
-        errors = ways[before] - held((signal.times_ns, wanted), _ns(times_s[before]))
-        told["rmse"] = rms_known(errors) if contact or not math.isnan(told["hold"]) else math.nan
-    return told
+        target = 1e3 * aperture(np.asarray(signal.values), score.opposed)
+        errors = ways[before] - held((signal.times_ns, target), _ns(times_s[before]))
+        metrics["rmse"] = rms_known(errors) if contact or not math.isnan(metrics["hold"]) else math.nan
+    return metrics
 
 
 def _effort(trial: _Trial) -> dict[str, Any]:
     """Metrics of charge and fatigue."""
     score = trial.score
-    told: dict[str, Any] = {}
+    metrics: dict[str, Any] = {}
     if score.pulses is not None:
         node = trial.recording.experiment["blocks"][score.pulses.partition(".")[0]]
         given = given_signal(trial.recording, score.pulses)
         if given is not None:
             node = trial.recording.experiment["blocks"][given.partition(".")[0]]
-        told["charge_uc"] = 1e6 * charge_c(*trial.whole(given or score.pulses),
-                                           float(Fraction(node["frequency_hz"])))
+        metrics["charge_uc"] = 1e6 * charge_c(*trial.whole(given or score.pulses),
+                                              float(Fraction(node["frequency_hz"])))
     if score.activation is not None and score.fitness is not None:
         _, fitness = trial.whole(score.fitness)
         active = trial.hold(score.activation).mean(axis=0)
         ratio = fitness_ratio(active, fitness[0], fitness[-1]) if len(fitness) else math.nan
         failed = trial.found.word not in ("held", "incomplete")
-        told["grasps_until_fatigue"] = 0.0 if failed else grasps_until_fatigue(_known_margin(trial), ratio)
-    return told
+        metrics["grasps_until_fatigue"] = 0.0 if failed else grasps_until_fatigue(_known_margin(trial), ratio)
+    return metrics
 
 
 def _known_margin(trial: _Trial) -> float:
-    """Grip margin from which the failure of grasps is predicted.
+    """Grip margin that predicts the failure of grasps.
 
-    NaN where the object is held by less than is needed: fingertips do not carry it alone then, and what the
-    palm and the other phalanges carry is not measured.
+    NaN where the object is held by less grip force than is needed: then the fingertips do not carry it alone,
+    and the load on the palm and the other phalanges is not measured.
     """
     margin = _margin(trial)
     return math.nan if trial.found.word == "incomplete" or margin < 1.0 else margin

@@ -20,7 +20,7 @@ from fesloop.loop.clock import NS_PER_S, duration_ns
 
 Array = NDArray[np.float64]
 LASTING_S = 0.1
-"""Duration, s, from which contact counts (chosen: a passing touch is shorter)."""
+"""Least duration, s, of a contact that counts (chosen: a passing touch is shorter)."""
 
 
 def grip_force(forces: Array) -> Array:
@@ -35,7 +35,7 @@ def grip_force(forces: Array) -> Array:
 def contact_s(times_s: Array, forces: Array, starts_s: float, contact_n: float, *,
               one_side: bool = False) -> float:
     """First instant from `starts_s` on at which the thumb (first column of (n, 5), N) and all fingers
-    together press by more than `contact_n` and go on so for `LASTING_S`; NaN if there is none.
+    together press by more than `contact_n`, and keep pressing for `LASTING_S`; NaN if there is none.
 
     `one_side`: whether thumb or fingers alone will do.
     """
@@ -49,7 +49,7 @@ def first_lasting(times_s: Array, flags: NDArray[np.bool_]) -> int | None:
     """Number of the first row (of n) from which a flag is set for `LASTING_S`; None if there is none."""
     changes = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
     for first, after in zip(changes[::2], changes[1::2], strict=True):
-        # A row at an end stands until the next one does.
+        # A row is valid until the next one.
         if times_s[min(after, times_s.size - 1)] - times_s[first] >= LASTING_S:
             return int(first)
     return None
@@ -58,7 +58,7 @@ def first_lasting(times_s: Array, flags: NDArray[np.bool_]) -> int | None:
 def needed_grip_n(node: Mapping[str, Any]) -> float:
     """Least grip force, N, that keeps an object from slipping: weight / (2 friction).
 
-    Of the object that the table of a hand plant tells; NaN where it tells none. Two fingers of force N on
+    The object comes from the table of a hand plant; NaN where the table has none. Two fingers of force N on
     either side carry 2 friction N (Westling and Johansson 1984, doi 10.1007/BF00238156, for the slip ratio).
     """
     thing = node.get("object")
@@ -97,7 +97,7 @@ on_table, knocked_off: it never was either, but was touched, and at the end it i
 
 On the table: its lowest point is within `RESTING_M` of the table top at that instant, above the top's area.
 Gone: it falls from the hand at more than `FALLING_M_S`, goes sideways at more than `THROWN_M_S`, or is
-farther than a hand reaches. Where the experiment does not say what lies where, there is no table.
+farther than a hand reaches. Where the experiment does not say where object and table are, there is no table.
 """
 OBJECT_KEYS = frozenset({"shape", "size_mm", "orientation", "position_m", "given_at_s", "waits_m"})
 TABLE_KEYS = frozenset({"height_m", "centre_m", "half_m", "lowered_at_s", "lowering_m", "lowering_m_s"})
@@ -185,7 +185,7 @@ def find_outcome(course: ObjectCourse, from_s: float, until_s: float, within_m: 
 
 
 def _given_s(course: ObjectCourse) -> float:
-    """Instant from which the object is where it is to be grasped; infinity if it never is."""
+    """Instant at which the object arrives where it is to be grasped; infinity if it never does."""
     thing = course.thing
     if thing is None or not thing.get("given_at_s"):
         return 0.0
@@ -272,13 +272,13 @@ class GraspScore:
     contact_n: thumb and fingers touch when each side presses by more (chosen: ten times what is read as
         noise on a fingertip, sd 0.05 N).
     needed_n: least grip force that holds the object; None: from its mass and friction, where the node
-        that moves it tells them.
-    target_n: grip force that is wanted, (), N.
+        that moves it gives them.
+    target_n: reference of the grip force, (), N.
     angles: of the hand, (23,), rad.
     intended: freedoms that the movement is meant to move, by name or by what their names begin with ("F2").
     fingertips: (5, 3), m.
     opposed: fingers whose tips' distances from the thumb's tip are averaged as the aperture.
-    aperture: wanted, (), m, or fingertips (5, 3) that have it.
+    aperture: reference of the aperture, (), m, or fingertips (5, 3) that have it.
     pulses: (channels, 2), A and s, or (channels,), C a phase, of a node that has a `frequency_hz`.
     activation, fitness: of the muscles, (29,).
     """

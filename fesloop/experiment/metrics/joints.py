@@ -42,12 +42,12 @@ def held(trace: Trace, at_ns: Stamps) -> Array:
     """Values at other instants by zero-order hold, (m, ...); NaN before the first."""
     times, values = trace
     newest = np.searchsorted(times, at_ns, side="right") - 1
-    standing = np.full((at_ns.size, *values.shape[1:]), np.nan)
-    told = newest >= 0
-    if told.any():
-        first, last = newest[told].min(), newest.max()
-        standing[told] = values[first:last + 1][newest[told] - first]
-    return standing
+    values_then = np.full((at_ns.size, *values.shape[1:]), np.nan)
+    known = newest >= 0
+    if known.any():
+        first, last = newest[known].min(), newest.max()
+        values_then[known] = values[first:last + 1][newest[known] - first]
+    return values_then
 
 
 def columns(values: Array) -> Array:
@@ -76,15 +76,15 @@ def _known(values: Array) -> NDArray[np.bool_]:
 def rmse_deg(measured: Trace, wanted: Trace, *, still: Array | None = None) -> Array:
     """RMS of measured minus wanted at the measured instants that have both, (joints,), deg.
 
-    NaN where there is no such instant. `still`: as if all that is measured were this value, (joints,).
+    NaN where there is no such instant. `still`: a value, (joints,), that replaces every measured one.
     """
     total, count = np.zeros(measured[1].shape[1:]), 0
     for times, values in _pieces(measured):
         if still is not None:
             values = np.broadcast_to(still, values.shape)
-        standing = held(wanted, times).reshape(values.shape)
-        known = _known(standing)
-        total += np.square((values - standing)[known]).sum(axis=0)
+        reference = held(wanted, times).reshape(values.shape)
+        known = _known(reference)
+        total += np.square((values - reference)[known]).sum(axis=0)
         count += int(known.sum())
     return np.degrees(np.sqrt(total / count)) if count else np.full(total.shape, np.nan)
 
@@ -98,7 +98,7 @@ def joint_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
 
 
 def unmoved_rmse_deg(trials: Sequence[tuple[Trace, Trace]], begun: Sequence[Array]) -> list[float]:
-    """`joint_rmse_deg` had the joints stayed where the trials began: `begun`, (joints,) each."""
+    """`joint_rmse_deg` of joints that never move from each trial's first angles, `begun`, (joints,) each."""
     return [float(rms(np.atleast_1d(rmse_deg(truth, reference, still=still))))
             for (truth, reference), still in zip(trials, begun, strict=True)]
 
@@ -148,17 +148,17 @@ class TrackingSplit:
 def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSplit:
     """Divide the tracking error between tracker and controller, at the instants of the truth.
 
-    Estimate and reference are held between their instants. Here the estimate is to be stamped with its
-    arrival at the controller. Instants before the first estimate or reference are left out; all NaN where
-    none are left.
+    Estimate and reference keep their values between their instants (zero-order hold). The estimate must be
+    stamped with its arrival at the controller. Instants before the first estimate or reference are left out;
+    all NaN where none are left.
     """
     tracker, controller, product, total = np.zeros((4, *truth[1].shape[1:]))
     count, from_s = 0, math.nan
     for times, true_values in _pieces(truth):
-        seen, wanted = (held(trace, times).reshape(true_values.shape) for trace in (estimate, reference))
-        both = _known(seen + wanted)
+        seen, target = (held(trace, times).reshape(true_values.shape) for trace in (estimate, reference))
+        both = _known(seen + target)
         missed_by_tracker = (true_values - seen)[both]
-        missed_by_controller = (seen - wanted)[both]
+        missed_by_controller = (seen - target)[both]
         tracker += np.square(missed_by_tracker).sum(axis=0)
         controller += np.square(missed_by_controller).sum(axis=0)
         product += (missed_by_tracker * missed_by_controller).sum(axis=0)
@@ -188,8 +188,8 @@ TWO_SIDED_95 = 1.959963984540054
 def fingertip_error(estimate: Trace, truth: Trace) -> Array:
     """Vectors (n, tips, 3), m, from the truth to the estimate, at the estimate's instants.
 
-    The truth is held between its instants; what comes before the first is left out. Estimates are to be
-    stamped with the capture of the samples behind them (doi 10.3390/s19010208, eq. 30).
+    The truth keeps its value between its instants (zero-order hold); estimates before the first are left out.
+    Estimates must be stamped with the capture of the samples behind them (doi 10.3390/s19010208, eq. 30).
     """
     times, values = estimate
     error = np.asarray(values[:]) - held(truth, times)

@@ -31,7 +31,7 @@ def put(metrics: dict[str, Any], path: Sequence[str], value: Any) -> None:
 
 
 def note(metrics: dict[str, Any], path: Sequence[str], trial: int, trials: int, why: str | None) -> None:
-    """Add the reason for which the metric at a path is missing in a trial, if there is one."""
+    """Add the reason why the metric at a path is missing in a trial, if there is one."""
     if why is not None:
         metrics.setdefault(MISSING, {}).setdefault(".".join(path), [None] * trials)[trial] = why
 

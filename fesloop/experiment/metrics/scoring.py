@@ -53,14 +53,14 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     joint_rmse_deg: one a trial, truth against reference; unmoved_rmse_deg: what it would be had the joints
     stayed where they were when the trial began. Both hold the reference between its own ticks, so a reference
     that moves is a staircase. tracker_rmse_deg: one a trial, estimate against
-    the truth of the instant of its capture, from when the tracker has taken its initial pose: what it puts
-    out before is an assumption. split_rmse_deg: the error that the patient sees (total), what
+    the truth of the instant of its capture, once the tracker has taken its initial pose: earlier
+    outputs are assumptions. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
     (controller), one a trial; split_from_s: the first instant that counts for these, at which the trial is
     scored (after_s), the reference is known, and an estimate that an aligned tracker put out had reached the
     controller: the total need not be joint_rmse_deg. Under joints the same by joint;
-    range_deg, how far each joint went, where truth stands alone. `grasp_metrics`, `cycle_metrics` and
-    `search_metrics` say theirs.
+    range_deg, how far each joint moved, where only truth is scored. `grasp_metrics`, `cycle_metrics` and
+    `search_metrics` describe their own.
     orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
     played. joint_angle_rmse_deg: by pair, of the angle that the tracker gives to a controller, against that
     of the reference by the same convention; flexion_axis_share: share of a pair's turning about the axis of
@@ -96,13 +96,13 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     """Metrics of joint angles that the score's signals allow."""
     trials = range(recording.trials)
     truth = [_trace(recording, score.truth, trial, score.after_s, score.until_s) for trial in trials]
-    wanted = [_trace(recording, score.reference, trial, 0.0) for trial in trials]
+    references = [_trace(recording, score.reference, trial, 0.0) for trial in trials]
     metrics: dict[str, Any] = {}
     joints: dict[str, Any] = {name: {} for name in _joint_names(score, truth)}
     if score.truth and not (score.reference or score.estimate):
         _add_by_joint(joints, "range_deg", [range_deg(trace) for trace in truth])
     if score.truth and score.reference:
-        pairs = list(zip(truth, wanted, strict=True))
+        pairs = list(zip(truth, references, strict=True))
         metrics["joint_rmse_deg"] = joint_rmse_deg(pairs)
         begun = [_trace(recording, score.truth, trial, 0.0)[1][:1] for trial in trials]
         metrics["unmoved_rmse_deg"] = unmoved_rmse_deg(pairs, [
@@ -119,7 +119,7 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
         del pairs
     if score.truth and score.estimate and score.reference:
         splits = [split_error(true, _measured(recording, score.estimate, trial), reference)
-                  for trial, (true, reference) in enumerate(zip(truth, wanted, strict=True))]
+                  for trial, (true, reference) in enumerate(zip(truth, references, strict=True))]
         metrics["split_rmse_deg"] = {part: [float(np.sqrt(np.mean(getattr(split, part) ** 2)))
                                             for split in splits] for part in _SPLIT}
         metrics["split_from_s"] = [split.from_s for split in splits]
@@ -159,18 +159,18 @@ def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]
     """The estimate, stamped with the newest capture of each value, and the whole truth."""
     assert score.estimate is not None
     signal = recording.signal(score.estimate, trial)
-    told = measuring(recording, score, score.estimate, signal, trial)
-    captured = signal.newest_ns[told]
-    return (captured, signal.values[told]), _trace(recording, score.truth, trial, 0.0)
+    counted = measuring(recording, score, score.estimate, signal, trial)
+    captured = signal.newest_ns[counted]
+    return (captured, signal.values[counted]), _trace(recording, score.truth, trial, 0.0)
 
 
 def measuring(recording: Recording, score: Score, name: str, signal: Signal,
               trial: int = 0) -> NDArray[np.bool_]:
     """Rows of a tracker's output that count: from a capture, in the scored time, after alignment."""
-    told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
+    counted = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     if score.until_s is not None:
-        told &= signal.times_ns <= _ns(score.until_s)
-    return told & _from_aligned(recording, name, signal, trial)
+        counted &= signal.times_ns <= _ns(score.until_s)
+    return counted & _from_aligned(recording, name, signal, trial)
 
 
 def _from_aligned(recording: Recording, name: str, signal: Signal, trial: int) -> NDArray[np.bool_]:
@@ -181,10 +181,10 @@ def _from_aligned(recording: Recording, name: str, signal: Signal, trial: int) -
     """
     aligned = np.ones(signal.times_ns.size, bool)
     for flag in alignments(recording, name):
-        told = recording.signal(flag, trial)
+        flags = recording.signal(flag, trial)
         same = flag.partition(".")[0] == name.partition(".")[0]
-        since, at = (told.times_ns, signal.times_ns) if same else (told.newest_ns, signal.newest_ns)
-        aligned &= columns(held((since, told.values), at))[:, 0] > 0.5
+        since, at = (flags.times_ns, signal.times_ns) if same else (flags.newest_ns, signal.newest_ns)
+        aligned &= columns(held((since, flags.values), at))[:, 0] > 0.5
     return aligned
 
 
@@ -207,7 +207,7 @@ def alignments(recording: Recording, estimate: str) -> list[str]:
 
 
 def never_aligned(recording: Recording, estimate: str, trial: int) -> str | None:
-    """Reason for which no row of an estimate counts in a trial without an initial pose; else None."""
+    """Reason why no row of an estimate counts in a trial without an initial pose; else None."""
     names = [name for name in alignments(recording, estimate)
              if not (recording.signal(name, trial).values > 0.5).any()]
     return (f"{names[0].partition('.')[0]} never took its initial pose: what it put out is the pose that it "
@@ -254,7 +254,7 @@ def _through(wire: Wire, signal: Signal, seed: int, trial: int) -> Trace:
     rows, arrivals = array("q"), array("q")
     held = Sample(0.0, NEVER, NEVER, NEVER)
     for row, (index, left) in enumerate(zip(signal.indices, signal.left_ns, strict=True)):
-        # What stands for the value is the number of its row. Nothing sent from now on arrives before now.
+        # The number of the row replaces the value. Nothing sent from now on arrives before now.
         held = _deliver(link, int(left), held, rows, arrivals)
         link.send(int(index), float(row), NEVER, NEVER, int(left))
     _deliver(link, FOREVER, held, rows, arrivals)
@@ -281,11 +281,11 @@ def _fingertip_metrics(recording: Recording, score: Score, truth: str) -> dict[s
         for trial in range(recording.trials):
             true = recording.column(truth, trial)
             signal = recording.signal(f"{tracker}.fingertips", trial)
-            told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
-            error = fingertip_error((signal.newest_ns[told], signal.values[told]), true)
+            counted = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
+            error = fingertip_error((signal.newest_ns[counted], signal.values[counted]), true)
             errors.append(fingertip_rmse_mm(error))
             if f"{tracker}.fingertip_sd" in recording.signals:
-                sd = recording.signal(f"{tracker}.fingertip_sd", trial).values[told]
+                sd = recording.signal(f"{tracker}.fingertip_sd", trial).values[counted]
                 shares.append(coverage(error, sd[len(sd) - len(error):]))
         names = score.tips or tuple(f"F{i + 1}" for i in range(len(errors[0]) if errors else 0))
         rmse[tracker] = by_tip(errors, names)
@@ -303,11 +303,11 @@ def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     assert score.recording is not None
     played = replay_of(recording.experiment["blocks"][score.recording])
     signal = recording.signal(score.orientation)
-    told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
+    counted = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     tracker = score.orientation.partition(".")[0]
     magnetic = any(wire["to"] == f"{tracker}.mag" for wire in recording.experiment["wires"])
-    captured = signal.newest_ns[told] + played.start_ns
-    scores = score_recording(played.source, captured, signal.values[told],
+    captured = signal.newest_ns[counted] + played.start_ns
+    scores = score_recording(played.source, captured, signal.values[counted],
                              "absolute" if magnetic else "relative")
     return scores | _angle_metrics(recording, score, played.source, tracker, played.start_ns)
 
@@ -322,15 +322,15 @@ def _angle_metrics(recording: Recording, score: Score, source: MotionRecording, 
     if table["kind"] not in _OF_PAIRS or not pairs:
         return {}
     signal = recording.signal(f"{tracker}.angles")
-    told = measuring(recording, score, f"{tracker}.angles", signal)
-    captured, first = np.unique(signal.newest_ns[told] + start_ns, return_index=True)
+    counted = measuring(recording, score, f"{tracker}.angles", signal)
+    captured, first = np.unique(signal.newest_ns[counted] + start_ns, return_index=True)
     if captured.size < 2:
         return {}
     found: dict[str, dict[str, float]] = {"joint_angle_rmse_deg": {}, "flexion_axis_share": {}}
     for number, pair in enumerate(pairs):
         name = source.pair_name(pair)
         if source.reference is not None and source.reference.sensor_frames:
-            error = flexion_rmse_deg(captured, signal.values[told][first, number], source.reference, pair)
+            error = flexion_rmse_deg(captured, signal.values[counted][first, number], source.reference, pair)
             if np.isfinite(error):
                 found["joint_angle_rmse_deg"][name] = error
         oriented = recording.signal(str(score.orientation))

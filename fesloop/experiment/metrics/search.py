@@ -64,9 +64,9 @@ class Asked(NamedTuple):
 
     Attributes
     ----------
-    elements, current_ma: what was asked.
+    elements, current_ma: elements and current that were tried.
     movement: (23,), rad, from rest. verdict: on it.
-    quality: what the search thought of it.
+    quality: as the search estimated it.
     best: elements and current that it recommended afterwards.
     told_s: when it had the response.
     """
@@ -90,7 +90,7 @@ def asked_of(recording: Recording, score: SearchScore, trial: int = 0) -> list[A
     movement = movement_of(score.movement)
     states = np.column_stack((values["query"], values["phase"]))
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
-    asked: list[Asked] = []
+    queries: list[Asked] = []
     rest: Array | None = None
     for first, after in zip(starts, [*starts[1:], None], strict=True):
         phase = int(values["phase"][first])
@@ -102,11 +102,11 @@ def asked_of(recording: Recording, score: SearchScore, trial: int = 0) -> list[A
         elif rest is not None:
             moved = posture - rest
             best = values["best_multiplexing"][after], values["best_stimulation"][after, 0]
-            asked.append(Asked(
+            queries.append(Asked(
                 _elements(values["multiplexing"][first, 0]), 1e3 * float(values["stimulation"][first, 0, 0]),
                 moved, movement.judge(moved), float(values["quality"][after]),
                 (_elements(best[0]), 1e3 * float(best[1])), float(times[after]) / NS_PER_S))
-    return asked
+    return queries
 
 
 def _mean(times: Stamps, values: Any, start_ns: int, stop_ns: int) -> Array:
@@ -123,10 +123,10 @@ def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
     """Metrics of all trials, in lists of one value per trial.
 
     `queries`; `minutes` until the search had ended, nan where it had not; of what it recommends
-    `found_elements`, `found_ma`, `found_quality` and `found_selectivity`, by what the hand truly did when it
-    was asked, no elements and nan where no query was answered; with an optimum, `optimum_share`, the share of
-    it; and `element_quality`, for each element the best true quality of all queries that it had part in,
-    None where it had none: a map over the arrays.
+    `found_elements`, `found_ma`, `found_quality` and `found_selectivity`, by the true movement of the
+    hand in that query, no elements and nan where no query was answered; with an optimum, `optimum_share`, the
+    share of it; and `element_quality`, for each element the best true quality of the queries with
+    it, None without such a query: a map over the arrays.
     """
     metrics: dict[str, list[Any]] = {}
     for trial in range(recording.trials):
@@ -136,21 +136,21 @@ def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
 
 
 def _of_trial(recording: Recording, score: SearchScore, trial: int) -> dict[str, Any]:
-    asked = asked_of(recording, score, trial)
+    queries = asked_of(recording, score, trial)
     phase = recording.signal(f"{score.search}.phase", trial)
     over = np.flatnonzero(phase.values == ENDED)
     minutes = phase.times_ns[over[0]] / (60.0 * NS_PER_S) if over.size else math.nan
     count = recording.signal(f"{score.search}.best_multiplexing", trial).values.shape[1]
-    elements, current_ma = asked[-1].best if asked else ((), math.nan)
-    verdict = next((one.verdict for one in reversed(asked)
+    elements, current_ma = queries[-1].best if queries else ((), math.nan)
+    verdict = next((one.verdict for one in reversed(queries)
                     if one.elements == elements and math.isclose(one.current_ma, current_ma)), None)
     quality = verdict.quality if verdict else math.nan
-    found = {"queries": len(asked), "minutes": float(minutes), "found_elements": list(elements),
+    found = {"queries": len(queries), "minutes": float(minutes), "found_elements": list(elements),
              "found_ma": current_ma, "found_quality": quality,
              "found_selectivity": verdict.selectivity if verdict else math.nan}
     if score.optimum is not None:
         found["optimum_share"] = quality / score.optimum
-    return found | {"element_quality": element_quality(asked, count)}
+    return found | {"element_quality": element_quality(queries, count)}
 
 
 def element_quality(asked: list[Asked], count: int) -> list[float | None]:

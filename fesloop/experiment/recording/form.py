@@ -165,12 +165,12 @@ def require_form(file: h5py.File, path: Path) -> None:
 
 def _require_described(file: h5py.File, where: str) -> None:
     """Check the facts about the run as a whole."""
-    told = hdf5.attributes(file, where)
+    attributes = hdf5.attributes(file, where)
     for key in ("name", "fingerprint"):
-        hdf5.text(told, key, where)
-    _json(told, "versions", _TEXTS, where)
-    _json(told, "wires", _NAMES, where)
-    if not isinstance(told.get("seed"), (int, np.integer)):
+        hdf5.text(attributes, key, where)
+    _json(attributes, "versions", _TEXTS, where)
+    _json(attributes, "wires", _NAMES, where)
+    if not isinstance(attributes.get("seed"), (int, np.integer)):
         raise InputError(f"{where}: seed", "is missing, or no number", ALLOWED)
 
 
@@ -208,8 +208,8 @@ def require_tables(told: Any, where: str) -> dict[str, Any]:
     return tables
 
 
-def _json(told: dict[str, Any], key: str, form: TypeAdapter[Any], where: str) -> Any:
-    text = hdf5.text(told, key, where)
+def _json(attributes: dict[str, Any], key: str, form: TypeAdapter[Any], where: str) -> Any:
+    text = hdf5.text(attributes, key, where)
     try:
         return form.validate_json(text)
     except ValidationError:
@@ -240,16 +240,16 @@ def _size(dataset: Any, where: str) -> int:
 
 
 def _require_stream(dataset: h5py.Dataset, stamps: list[tuple[str, str]], where: str) -> None:
-    """Raise InputError unless rows are stamps and ports, each of which has a unit."""
+    """Raise InputError unless rows are stamps and ports, and each port has a unit."""
     dtype, names = dataset.dtype, dataset.dtype.names or ()
     units = _json(hdf5.attributes(dataset, where), "units", _TEXTS, where)
     ports = names[len(stamps):]
     sound = [(name, dtype[name].str) for name in names[:len(stamps)]] == stamps and set(ports) == set(units)
     if not sound or not all(dtype[port].base == np.dtype("<f8") for port in ports):
         raise InputError(where, f"has rows of {', '.join(names)}", ALLOWED)
-    told = hdf5.attributes(dataset, where)
-    rows = _json(told, "rows", _ROWS, where) if "rows" in told else {}
-    pairs = _json(told, "pairs", _PAIRS, where) if "pairs" in told else {}
+    attributes = hdf5.attributes(dataset, where)
+    rows = _json(attributes, "rows", _ROWS, where) if "rows" in attributes else {}
+    pairs = _json(attributes, "pairs", _PAIRS, where) if "pairs" in attributes else {}
     for port, of_port in rows.items():
         if port not in ports or dtype[port].shape[:1] != (len(of_port),):
             raise InputError(f"{where}: rows", f"names {len(of_port)} rows of {port}", ALLOWED)

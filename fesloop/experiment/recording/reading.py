@@ -187,8 +187,8 @@ class Recording:
         """Tables of the experiment; the file is closed where they are damaged."""
         try:
             with undamaged(f"{self.path}: experiment"):
-                told = json.loads(self._file["experiment"][()])
-            return require_tables(told, f"{self.path}: experiment")
+                document = json.loads(self._file["experiment"][()])
+            return require_tables(document, f"{self.path}: experiment")
         except InputError:
             self.close()
             raise
@@ -211,7 +211,7 @@ class Recording:
 
     @property
     def status(self) -> str:
-        """done, failed, interrupted; running also stands in the file of a killed run."""
+        """Status: done, failed or interrupted; running also after a run that was killed."""
         return bytes(self._values("status")).decode(errors="replace")
 
     @property

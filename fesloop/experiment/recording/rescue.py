@@ -128,7 +128,7 @@ def _copied(source: Path, target: Path, size: int) -> list[str]:
 
 
 def _without_trials(new: h5py.File) -> list[str]:
-    """Remove messages and events of trials of which no other row is left; return these losses."""
+    """Remove messages and events of trials without any other row; return these losses."""
     last = [int(dataset[-1]["trial"]) for path, dataset in _datasets(new)
             if path.startswith(("blocks/", "plants/", "inputs/")) and dataset.shape[0]]
     begun = max(last, default=-1) + 1
@@ -144,7 +144,7 @@ def _without_trials(new: h5py.File) -> list[str]:
 def _opened(path: Path) -> h5py.File:
     """Open the copy of a file, also of one whose writer never closed it.
 
-    Not in SWMR mode: there HDF5 reads what is damaged again and again, for hours, as a writer might mend it.
+    Not in SWMR mode: there HDF5 reads damaged parts again and again, for hours, as a writer may repair them.
     """
     mark_closed(path)
     return h5py.File(path, "r")

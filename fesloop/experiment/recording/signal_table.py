@@ -44,20 +44,20 @@ class StoredRows:
     @cached_property
     def units(self) -> dict[str, str]:
         """Units of the ports among the fields."""
-        told: dict[str, str] = json.loads(self._dataset.attrs["units"])
-        return told
+        units: dict[str, str] = json.loads(self._dataset.attrs["units"])
+        return units
 
     @cached_property
     def names(self) -> dict[str, tuple[str, ...]]:
         """Names of the rows of ports that state them."""
-        told = json.loads(self._dataset.attrs.get("rows", "{}"))
-        return {port: tuple(names) for port, names in told.items()}
+        rows = json.loads(self._dataset.attrs.get("rows", "{}"))
+        return {port: tuple(names) for port, names in rows.items()}
 
     @cached_property
     def pairs(self) -> dict[str, tuple[tuple[int, int], ...]]:
         """(parent, child) rows of ports whose rows are sensors that are known."""
-        told = json.loads(self._dataset.attrs.get("pairs", "{}"))
-        return {port: tuple((parent, child) for parent, child in pairs) for port, pairs in told.items()}
+        sensors = json.loads(self._dataset.attrs.get("pairs", "{}"))
+        return {port: tuple((parent, child) for parent, child in pairs) for port, pairs in sensors.items()}
 
     def read(self, field: str, first: int, stop: int) -> NDArray[Any]:
         """One field of rows `first` to `stop`, an array of its own.

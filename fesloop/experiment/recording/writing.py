@@ -1,6 +1,6 @@
 """Writer of recordings: one HDF5 file per run, readable at any time, even after the writer was killed.
 
-In SWMR mode ("single writer, multiple readers") HDF5 orders its writes so that whoever opens the file sees
+In SWMR mode ("single writer, multiple readers") HDF5 orders its writes so that readers of the file see
 everything up to the last flush. Nothing can be created in that mode, so every dataset is made at the
 start, with its trial as a column:
 
@@ -67,7 +67,7 @@ ROOM_BYTES = 2**24
 """Space left free on the disk (chosen): chunks are written whole, and the end of a run must be noted."""
 _CHUNK_CACHE_BYTES = 2**17
 """Chunk cache of each dataset: the chunk that grows, and some more. HDF5 by itself keeps up to 8 MB of each,
-which are never looked at again, so that a run would grow for minutes."""
+which are never read again, so that a run would grow for minutes."""
 
 
 _END_OF_FILE = 28
@@ -90,7 +90,7 @@ def draft_file(folder: Path, name: str) -> tuple[Path, h5py.File]:
 
 
 def publish(draft: Path, folder: Path, name: str) -> Path:
-    """Rename the draft to the first free name, in one step: nobody ever sees half a file."""
+    """Rename the draft to the first free name, in one step: no reader ever finds half a file."""
     for number in itertools.count(1):
         path = folder / f"{name}-{number}.h5"
         try:
@@ -129,7 +129,7 @@ def append(file: h5py.File, tables: Sequence[tuple[h5py.Dataset, Rows]]) -> None
 def lengthen(path: Path) -> None:
     """Pad a file whose end could not be written with zeros, without which HDF5 does not open it.
 
-    Where it should end stands in the superblock (HDF5 File Format Specification 3.0, II.A, version 3).
+    The superblock has the length of the whole file (HDF5 File Format Specification 3.0, II.A, version 3).
     """
     with suppress(OSError), path.open("r+b") as file:
         file.seek(_END_OF_FILE)

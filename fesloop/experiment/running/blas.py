@@ -22,5 +22,5 @@ def one_blas_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _libraries(modules: int) -> ThreadpoolController:
-    """Those that are loaded; looked for anew, which takes a ms, when modules have come since."""
+    """BLAS libraries that are loaded; a search takes a ms, so it is repeated only for more `modules`."""
     return ThreadpoolController()

@@ -39,7 +39,7 @@ _LONGEST_WALL_S = 1.0
 class Rehearsals:
     """Rehearsals of runs in this process.
 
-    They remember of which kinds of parts each loop was: the kernels of those are loaded.
+    They remember the kinds of parts of each loop, whose kernels are loaded.
     """
 
     def __init__(self) -> None:
@@ -52,8 +52,8 @@ class Rehearsals:
         of the run (in real time, or where steps are measured) it is done each time, for another parameter may
         lead to another kernel; elsewhere such a kernel costs some wall time and changes nothing. There it
         lasts until a message has been all the way round, two simulated seconds at most: blocks may call other
-        kernels once they have heard one. Not where a device would notice, unless it has a stand-in. Whatever
-        goes wrong here does so again in the run, which tells.
+        kernels once they have received one. It is left out where a device would notice, unless the device has
+        a stand-in. Faults are ignored here: they happen again in the run, which reports them.
         """
         if without_stand_in(experiment.wiring):
             return
@@ -109,7 +109,7 @@ class Interrupt:
         self.asked = False
 
     def ask(self, number: int, frame: FrameType | None) -> None:
-        """Stop at the next chance; at once when asked a second time."""
+        """Stop at the end of a stretch; at once on a second request."""
         if self.asked:
             raise KeyboardInterrupt
         self.asked = True
@@ -117,7 +117,7 @@ class Interrupt:
 
 @contextmanager
 def interruptible() -> Iterator[Interrupt]:
-    """Ctrl-C, and SIGTERM as schedulers send it, are heard between two stretches, the recording whole."""
+    """Delay Ctrl-C, and SIGTERM of schedulers, to the end of a stretch, when the recording is whole."""
     interrupt = Interrupt()
     if threading.current_thread() is not threading.main_thread():
         yield interrupt
@@ -165,7 +165,7 @@ class UnderWay:
         self._stretch_ns = _FIRST_STRETCH_NS
 
     def trials(self, interrupt: Interrupt) -> None:
-        """Every trial, until asked to stop."""
+        """Run every trial, until a stop is requested."""
         for trial in range(self.experiment.trials):
             self.trial = trial
             if trial:
@@ -177,7 +177,7 @@ class UnderWay:
             self.writer.write_messages(self.loop)
 
     def _one_trial(self, interrupt: Interrupt) -> None:
-        """[0, duration) in stretches, or in step with the wall clock."""
+        """Run [0, duration) in stretches, or in step with the wall clock."""
         if self.in_step is not None:
             self.in_step.pacer.begin_trial()
             self.writer.write_wall(self.in_step.pacer, self.trial)  # when t = 0 was, whatever befalls the run
@@ -190,7 +190,7 @@ class UnderWay:
                 self.progress((self.trial + done / duration) / self.experiment.trials)
 
     def _stretch(self, done: int, duration: int) -> int:
-        """Run a stretch of some tens of ms of wall time; where it ends."""
+        """Run a stretch of some tens of ms of wall time; return its end."""
         stop = min(duration, done + self._stretch_ns)
         began = time.perf_counter()
         self.loop.run_until(stop - 1)
@@ -199,7 +199,7 @@ class UnderWay:
         return stop
 
     def _written(self) -> bool:
-        """Write if it is time; whether all has been.
+        """Write if it is time; return whether everything is written.
 
         In step with the wall clock a piece is written where there is leisure, or else after every instant.
         """
@@ -220,7 +220,7 @@ class UnderWay:
         return over
 
     def _in_pieces(self) -> Iterator[None]:
-        """Write what is held now, one stream after the other."""
+        """Write the recorded rows, one stream after the other."""
         assert self.loop.recorder is not None
         began = time.perf_counter()
         yield from self.writer.write_in_pieces(self.loop.recorder, self.trial)
@@ -237,7 +237,7 @@ class UnderWay:
         return {**self.in_step.outcome, "worst_write_ms": self.worst_write_ns / NS_PER_MS}
 
     def flush(self) -> None:
-        """Write all that is held, and what of it was begun to be written."""
+        """Write all recorded rows, after finishing pieces that are under way."""
         assert self.loop.recorder is not None
         for _ in self._pieces or ():
             pass
@@ -283,11 +283,11 @@ class Result:
 
     def as_table(self) -> dict[str, Any]:
         """Tables that `fesloop run --json` prints; `realtime` only of real time, `cause` of a failure."""
-        told = {"experiment": self.experiment, "seed": self.seed, "status": self.status,
-                "recording": str(self.recording), "metrics": self.metrics, "wall_s": self.wall_s,
-                "realtime_factor": self.realtime_factor}
+        facts = {"experiment": self.experiment, "seed": self.seed, "status": self.status,
+                 "recording": str(self.recording), "metrics": self.metrics, "wall_s": self.wall_s,
+                 "realtime_factor": self.realtime_factor}
         more = {"realtime": self.realtime, "cause": self.cause}
-        return told | {name: value for name, value in more.items() if value}
+        return facts | {name: value for name, value in more.items() if value}
 
 
 @one_blas_thread()
