@@ -40,10 +40,10 @@ class KortierState:
 
     Attributes
     ----------
-    hands, filters: of attitudes and of chains.
-    moment, arrivals: the samples.
-    plausible: angles that no joint can have.
-    unseen: joints that have been reported as not seen; None before the first tick.
+    hands: filters of attitude, velocity and position. filters: filters of the chains.
+    moment: samples in the form that the filters use. arrivals: ages and faults of the samples.
+    plausible: check for angles that no joint can have.
+    unseen: joints last reported as untracked; None before the first tick.
     """
 
     hands: HandFilter
@@ -58,58 +58,61 @@ class KortierState:
 class KortierTracker:
     """Posture, attitude and position of a hand by Kortier et al. 2014 (doi 10.1186/1743-0003-11-70).
 
-    Each chain of segments from where they branch to the next such or to a tip (a finger; forearm and hand)
-    has an error-state filter (`estimators.kortier.chain`) of the relative rotations of its segments and of
-    all gyroscope biases; neighbours' accelerometers, the magnetometers of base and tip and what joints
-    cannot do correct it. The base, the hand, has a filter of attitude, velocity and position
-    (`estimators.kortier.navigation`), which drifts within seconds unless the hand stands still now and then.
-    Where sensors left off cut the tree apart, the innermost segment of each part has one.
+    A chain of segments (a finger; forearm and hand) runs from one branching segment to the next, or to a
+    tip. Each chain has an error-state filter (`estimators.kortier.chain`) of the relative rotations of its
+    segments and of all its gyroscope biases. The filter is corrected by neighbouring accelerometers, by the
+    magnetometers of base and tip and by the constraints of the joints. The base, the hand, has a filter of
+    attitude, velocity and position (`estimators.kortier.navigation`), which drifts within seconds unless the
+    hand is still now and then. Where segments without a sensor divide the tree, the innermost segment of
+    each part has such a filter.
 
     Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and `mag` (n, 3) T, sensor frames equal to segment frames.
-    They may have rates of their own: give the tracker that of the gyroscopes. Magnetometers other than those
-    of bases and tips are not read. Without any (`magnetometers` false, or `mag` left without a wire, where
-    `sensors` is to be given) headings rest on the gyroscopes and the joints: so they should where the field
-    is not that of the earth, as gates on magnitudes alone let much of such a field pass.
+    Their rates may differ: give the tracker the rate of the gyroscopes. Magnetometers other than those of
+    bases and tips are not read. Without magnetometers (`magnetometers` false, or `mag` not wired, where
+    `sensors` must be given) headings depend on the gyroscopes and the joints alone. Use this where the field
+    is not the earth's: gates on magnitudes alone pass much of a disturbed field.
 
     Outputs `orientation` (n, 4), segment to earth (z up; with magnetometers y to magnetic north, else the
     heading is zero at the start); `angles` (a,), rad, all freedoms of the tree; `angle_sd` (a,), rad;
     `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the WCS), and `fingertip_sd` (t, 3),
-    m, from the filters' whole covariances, lengths taken as exact; `position` (3,), m, and `velocity` (3,),
-    m/s, of the base since the start; `aligned` (1,), always 1. Five sensors without any setting are those of
-    chain5 (`fesloop.streams.formats.published`), whose lengths are not known: there are no fingertips then.
+    m, from the filters' full covariances, with lengths assumed exact; `position` (3,), m, and `velocity`
+    (3,), m/s, of the base since the start; `aligned` (1,), always 1. Five sensors without any setting are
+    those of chain5 (`fesloop.streams.formats.published`), whose lengths are unknown: the tracker then has no
+    fingertip outputs.
 
-    A lost rate (or frozen, or held for too long: `estimators.samples.arrivals`) is taken as the last one, a
-    clipped one as read, with an uncertainty that says so. A joint is reported "untracked", until "tracked",
-    when one of its segments has no sensor, or one whose gyroscope has given nothing for `gap_ms` (such
-    as a strip that was left off). Its angles are 0, their sd is pi.
+    A lost rate (or frozen, or held for too long: `estimators.samples.arrivals`) is replaced by the last one,
+    a clipped rate is used as read, both with a larger uncertainty. A joint is reported as "untracked" when
+    one of its segments has no sensor or its gyroscope has given no sample for `gap_ms` (such as a strip that
+    was left off), and as "tracked" when both are back. The angles of an untracked joint are 0, their sd pi.
 
     Attributes
     ----------
-    sensors: number n; 0 takes it from the wire.
+    sensors: number n of sensors; 0 takes it from the wire.
     hand: size of the hand.
-    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every one, or
-        all but the tree's root (a hand's forearm).
-    segments: another tree in place of the hand.
+    sensed: names of the segments that carry the sensors, in the order of the samples; empty: every segment,
+        or all but the tree's root (a hand's forearm).
+    segments: segment tree that replaces the hand.
     base: name of the segment whose attitude and position are tracked; empty: "hand" where it has a sensor
-        and `segments` is empty, else the first of the tree that has one.
-    magnetometers: whether there is an input `mag`.
-    initial_angles_deg: the pose at the start by names of freedoms, such as `F2_mcp_flexion`; others are 0.
-    gyr_sd, acc_sd: of a sample, rad/s, m/s^2 (K14, Table 1).
-    mag_sd_ut: of a sample with what the field differs within a hand, uT (chosen: Table 1 prints 1e-4).
-    bias_walk: of the gyroscopes, rad/s after a second (K14, Table 1, taken as a density).
-    bias_sd_deg_s, angle_sd_deg: at the start, of biases and of joints and the hand's attitude (chosen).
-    constraint_sd_deg: of a joint's forbidden angles (Table 1 has 1e-5, which no joint holds; S19, doi
-        10.3390/s19010208, names 5 to 10 for the neglected axes of joints).
-    error_time_s: how long the errors of constraint_sd_deg, lever_m and motion_sd last: so often are they
-        measured again (chosen); 0: errors are white.
+        and `segments` is empty, else the first segment of the tree with a sensor.
+    magnetometers: whether the tracker has an input `mag`.
+    initial_angles_deg: initial posture by names of freedoms, such as `F2_mcp_flexion`; others are 0.
+    gyr_sd, acc_sd: sd of a sample, rad/s, m/s^2 (K14, Table 1).
+    mag_sd_ut: sd of a sample, with differences of the field within a hand, uT (chosen: Table 1 prints 1e-4).
+    bias_walk: random walk of the gyroscopes' biases, rad/s after a second (K14, Table 1, read as a density).
+    bias_sd_deg_s, angle_sd_deg: initial sd of the biases, and of joints and the hand's attitude (chosen).
+    constraint_sd_deg: sd of a joint's forbidden angles (Table 1 has 1e-5, which no joint meets; S19, doi
+        10.3390/s19010208, gives 5 to 10 for the neglected axes of joints).
+    error_time_s: correlation time of the errors of constraint_sd_deg, lever_m and motion_sd, s; samples
+        within it measure the same error again (chosen); 0: errors are white.
     acc_difference, mag_difference_ut, rate_limit: gates (eq. 27, 28) in m/s^2, uT, rad/s; the paper leaves
         them to the user (chosen).
-    lever_m: at which rotation adds to the accelerometers' variance (chosen: half a phalanx and a joint).
-    motion_sd: of the hand's acceleration where its vertical is read, m/s^2 (chosen).
+    lever_m: lever arm by which rotation adds to the accelerometers' variance (chosen: half a phalanx and a
+        joint).
+    motion_sd: sd of the hand's acceleration where the accelerometer gives the vertical, m/s^2 (chosen).
     still_window: samples of the zero-velocity detector; still_rate, still_acc: rms of rate and acceleration
-        below which the hand stands, rad/s, m/s^2; still_sd: of its velocity then, m/s (chosen).
-    lost_rate_deg_s, clipped_rate_deg_s: sd of a rate without sample, and of a clipped one (chosen).
-    gap_ms: how long a gyroscope may be silent (chosen: ten samples of 100 Hz).
+        below which the hand is still, rad/s, m/s^2; still_sd: sd of its velocity then, m/s (chosen).
+    lost_rate_deg_s, clipped_rate_deg_s: sd of a missing rate, and of a clipped one (chosen).
+    gap_ms: silence of a gyroscope after which its joints are untracked (chosen: ten samples at 100 Hz).
     gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
 
@@ -174,7 +177,7 @@ class KortierTracker:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """gyr, acc and, where they are read, mag."""
+        """Ports gyr, acc and, with magnetometers, mag."""
         shape = (self.sensors or None, 3)
         ports = (Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"),
                  Port("mag", shape, "T", optional=True))
@@ -182,7 +185,7 @@ class KortierTracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, fingertips, fingertip_sd, position, velocity and aligned."""
+        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd, position, velocity and aligned."""
         ports = posture_ports(self.body, self.sensors)
         return (*ports[:5 if self._lengths_known() else 3], Port("position", (3,), "m"),
                 Port("velocity", (3,), "m/s"), ALIGNED_PORT)
@@ -196,7 +199,7 @@ class KortierTracker:
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> KortierState:
-        """Filters at their initial pose, the hand's attitude unknown."""
+        """Create filters in the initial posture, with the hand's attitude unknown."""
         if not isinstance(context.clock, (RateClock, StampClock)):
             raise InputError(f"{context.name}.rate", "is missing", "the rate of the gyroscopes")
         body, worn = self._wearer()
@@ -210,7 +213,7 @@ class KortierTracker:
             of_tree(body.tree))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """New samples of this tick."""
+        """Process the samples of a tick."""
         gyr, acc, mag = (*inputs, self.no_field)[:3]
         arrivals, motion = state.arrivals, state.hands.motion
         body, worn = self._wearer()
@@ -234,7 +237,7 @@ class KortierTracker:
         return self.body, self.worn
 
     def _lengths_known(self) -> bool:
-        """Whether there is a body with lengths, not that of chain5."""
+        """Return whether the segments' lengths are known; those of chain5 are not."""
         return self.sensors != 5 or bool(self.segments or self.sensed) or self.hand != _USUAL
 
     def _settings(self) -> Settings:

@@ -1,4 +1,4 @@
-"""One tick of the chains: what is new and passes the gates goes into their filters."""
+"""Error-state filters of chains of segments: prediction, gates on measurements, correction."""
 
 from __future__ import annotations
 
@@ -39,14 +39,15 @@ def predict(
     q: Any, bias: Any, covariance: Any, rates: Any, gyr_variance: Any, walk_variance: float, dt: float,
     work: Work,
 ) -> None:
-    """Carry a chain over `dt` s.
+    """Predict the state and covariance of a chain over `dt` s.
 
     Parameters
     ----------
-    q: (n, 4), child to parent of each joint; bias: (n + 1, 3), rad/s; covariance of the error state.
-    rates: (n + 1, 3), rad/s, what the gyroscopes read on average over the step.
-    gyr_variance: (n + 1,), of that reading.
-    walk_variance: (rad/s)^2 that a bias gains in this step.
+    q: (n, 4), rotation of each joint, child to parent; bias: (n + 1, 3), rad/s.
+    covariance: of the error state.
+    rates: (n + 1, 3), rad/s, mean readings of the gyroscopes over the step.
+    gyr_variance: (n + 1,), variances of these readings, (rad/s)^2.
+    walk_variance: variance that a bias gains in this step, (rad/s)^2.
     """
     joints = q.shape[0]
     before = UNTURNED
@@ -84,7 +85,7 @@ def predict(
 
 @compiled
 def _transform(covariance: Any, joints: int, work: Work) -> None:
-    """F P F': biases stay, each dth depends on itself and on the biases of its two segments."""
+    """Compute F P F': biases are constant, each dth depends on itself and the biases of its two segments."""
     size, turns = covariance.shape[0], 3 * joints
     for k in range(joints):
         at, parent, child = 3 * k, turns + 3 * k, turns + 3 * k + 3
@@ -102,7 +103,7 @@ def _transform(covariance: Any, joints: int, work: Work) -> None:
                 covariance[at + i, j] = work.rows[i, j]
     for j in range(turns):
         row = covariance[j]
-        # The lower triangle only, and the biases' rows from the joints': the rest is their mirror image.
+        # Compute the lower triangle only; the upper one and the biases' rows are its mirror image.
         for k in range(j // 3 + 1):
             at, parent, child = 3 * k, turns + 3 * k, turns + 3 * k + 3
             for i in range(3):
@@ -121,7 +122,7 @@ def _transform(covariance: Any, joints: int, work: Work) -> None:
 
 @compiled
 def correct(q: Any, bias: Any, covariance: Any, count: int, work: Work) -> float:
-    """Absorb the first `count` measurement rows and move their errors into the state (eq. 12-15).
+    """Update the filter with the first `count` measurement rows and correct the state (eq. 12-15).
 
     Returns the normalised innovation squared, chi-squared with `count` degrees of freedom.
     """
@@ -142,19 +143,19 @@ def correct(q: Any, bias: Any, covariance: Any, count: int, work: Work) -> float
 
 Array = NDArray[np.float64]
 BALL = 3
-"""Freedoms of a joint that turns at will."""
+"""Number of freedoms of an unconstrained joint."""
 
 
 class Gates(NamedTuple):
-    """When measurements are taken, and how sure joints are.
+    """Gates on measurements, and assumed errors of joints and biases.
 
     Attributes
     ----------
-    acc_difference, mag_difference: of the magnitudes of a pair at most, m/s^2 and T (eq. 27).
-    rate: of both segments of a pair of accelerometers at most, rad/s (eq. 28).
-    constraint_sd, error_time_s: of a joint's forbidden angles, rad, and how long such an error lasts.
-    walk: of a bias, rad/s after a second.
-    gap_s: after which a segment without a sound sample of the gyroscope is not seen.
+    acc_difference, mag_difference: greatest difference of the magnitudes of a pair, m/s^2 and T (eq. 27).
+    rate: greatest rate of either segment of a pair of accelerometers, rad/s (eq. 28).
+    constraint_sd, error_time_s: sd of a joint's forbidden angles, rad, and correlation time of that error, s.
+    walk: random walk of a bias, rad/s after a second.
+    gap_s: time without a sound gyroscope sample after which a segment is unseen.
     """
 
     acc_difference: float
@@ -167,12 +168,12 @@ class Gates(NamedTuple):
 
 
 class Filters(NamedTuple):
-    """Filters of all chains, laid out as `Chains` says.
+    """State of the filters of all chains, in the layout of `Chains`.
 
     Attributes
     ----------
     q: (joints, 4), child to parent; bias: (places, 3), rad/s.
-    covariance: (entries,), of the error states of `kortier.finger`, row by row.
+    covariance: (entries,), of the error state of each chain (joints, then biases), row by row.
     seen: (joints,), whether both segments of a joint are seen; begun: (joints,), whether they ever were.
     """
 
@@ -184,7 +185,7 @@ class Filters(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """One chain of n joints: its part of `Chains` and `Filters`, and the samples of its n + 1 places."""
+    """One chain of n joints: its part of `Chains` and `Filters`, and the samples of its n + 1 sensors."""
 
     sensors: Any
     freedoms: Any
@@ -201,7 +202,7 @@ class Chain(NamedTuple):
 
 
 def new_filters(chains: Chains, q: Array, angle_sd: float, bias_sd: float) -> Filters:
-    """Filters that start at q (joints, 4)."""
+    """Create filters with the initial rotations q (joints, 4)."""
     covariances = []
     for joints in np.diff(chains.first):
         sds = np.full(error_size(joints), bias_sd)
@@ -215,7 +216,7 @@ def new_filters(chains: Chains, q: Array, angle_sd: float, bias_sd: float) -> Fi
 
 @compiled
 def covariance_of(chain: int, chains: Chains, filters: Filters) -> Any:
-    """The covariance of one chain's error state, a view."""
+    """Return a view of the covariance of one chain's error state."""
     size = error_size(chains.first[chain + 1] - chains.first[chain])
     return filters.covariance[chains.first_entry[chain]:chains.first_entry[chain + 1]].reshape((size, size))
 
@@ -224,9 +225,9 @@ def covariance_of(chain: int, chains: Chains, filters: Filters) -> Any:
 def track_chains(
     chains: Chains, filters: Filters, moment: Moment, elapsed: Any, gates: Gates
 ) -> bool:
-    """One tick of every chain; whether a joint has come into sight or been lost.
+    """Advance every chain by a tick; return whether any joint was lost or found again.
 
-    `elapsed` as Arrivals.note gives it.
+    `elapsed` is what Arrivals.note returns.
     """
     longest = 0
     for c in range(chains.first.size - 1):
@@ -250,7 +251,7 @@ def track_chains(
 
 @compiled
 def _look(chain: Chain, moment: Moment, gates: Gates, begun: Any) -> bool:
-    """Mask of the tracked joints, and whether it has changed; an untracked segment does not move."""
+    """Update the mask of seen joints, stop unseen segments, and return whether the mask changed."""
     changed = False
     for k in range(chain.sensors.size):
         gone = moment.missing[chain.sensors[k]] > gates.gap_s
@@ -284,7 +285,7 @@ def _track(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work)
 
 @compiled
 def _forget(covariance: Any, at: int) -> None:
-    """Nothing is known of the joint whose error begins at `at`."""
+    """Reset the covariance of the joint whose error begins at `at` to that of an unknown rotation."""
     for i in range(at, at + 3):
         covariance[i, :] = 0.0
         covariance[:, i] = 0.0
@@ -293,7 +294,7 @@ def _forget(covariance: Any, at: int) -> None:
 
 @compiled
 def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work) -> int:
-    """Rows of all that is new and passes; how many."""
+    """Add rows of new measurements that pass the gates; return their number."""
     joints = chain.seen.size
     count = 0
     if elapsed[1] > 0.0:

@@ -1,10 +1,10 @@
-"""Steps that error-state Kalman filters of rotations share, compiled.
+"""Compiled steps that error-state Kalman filters of rotations share.
 
 A rotation R is estimated as Rh, and its error is the small rotation vector dth in R = Rh (I + [dth]x); the
-filter's state holds such errors. Measurements are absorbed one scalar row after the other, which needs no
-inverse: P becomes P - a a' with a = P h' / sqrt(h P h' + variance). What is subtracted is symmetric to the
-last bit, and round-off is that of P before: it may not exceed the noise, whose sd is to stay above 1e-7 of
-that of what it measures.
+filter's state holds such errors. Measurements are processed one scalar row after the other, which needs no
+inverse: P becomes P - a a' with a = P h' / sqrt(h P h' + variance). The subtracted term is symmetric to the
+last bit. Its round-off is relative to P before the update and must not exceed the noise: the sd of the noise
+must stay above 1e-7 times the sd of the measured quantity.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def from_rotation_vector(x: float, y: float, z: float) -> Components:
 
 @compiled
 def turn(q: Any, before: Components, after: Components) -> None:
-    """q (4,) becomes before q after, of unit length."""
+    """Replace q (4,) by the product before q after, scaled to unit length."""
     w, x, y, z = multiply(multiply(before, (q[0], q[1], q[2], q[3])), after)
     scale = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     q[0], q[1], q[2], q[3] = scale * w, scale * x, scale * y, scale * z
@@ -50,7 +50,7 @@ def fill_matrix(q: Components, matrix: Any) -> None:
 
 @compiled
 def fill_right_jacobian(x: float, y: float, z: float, matrix: Any) -> None:
-    """Write J (3, 3) of Exp(v + d) = Exp(v) Exp(J d) to first order in d, v = (x, y, z).
+    """Write the right Jacobian J (3, 3): Exp(v + d) = Exp(v) Exp(J d) to first order in d, v = (x, y, z).
 
     J = I - (1 - cos a)/a^2 [v]x + (a - sin a)/a^3 [v]x^2, a = |v| (Sola et al., arXiv 1812.01537, eq. 143).
     """
@@ -70,7 +70,7 @@ def fill_right_jacobian(x: float, y: float, z: float, matrix: Any) -> None:
 
 @compiled
 def fill_minus_cross(matrix: Any, x: float, y: float, z: float, out: Any) -> None:
-    """Write -M [v]x into `out` (3, 3): how M v answers to an error of the rotation M."""
+    """Write -M [v]x into `out` (3, 3): the Jacobian of M v by an error of the rotation M."""
     for i in range(3):
         a, b, c = matrix[i, 0], matrix[i, 1], matrix[i, 2]
         out[i, 0] = c * y - b * z
@@ -97,11 +97,11 @@ def absorb(
     Parameters
     ----------
     covariance, error: (n, n), symmetric, and (n,); updated in place.
-    row: of the Jacobian; only columns `first` up to `stop` are read, the others are zero.
-    variance: of the noise, independent of all that was absorbed before.
+    row: row of the Jacobian; only columns `first` up to `stop` are read, the others are zero.
+    variance: of the noise, which is independent of all earlier measurements.
     image, gain: scratch, (n,) or longer.
 
-    Returns the square of the innovation over its variance.
+    Returns the squared innovation divided by its variance.
     """
     n = covariance.shape[0]
     for j in range(n):

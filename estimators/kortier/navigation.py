@@ -1,4 +1,4 @@
-"""One tick of a hand's filter: its start, the gates of its measurements, and standing still."""
+"""Filter of a hand's attitude, velocity and position, with gates and a zero-velocity detector."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from fesloop.hand.quaternion_kernels import about_z, conjugate
 
 Array = NDArray[np.float64]
 SIZE, BIAS, VELOCITY, POSITION = 12, 3, 6, 9
-"""Length of the error state, and where its parts begin after the attitude."""
+"""Length of the error state, and first indices of its parts after the attitude."""
 UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 class HandWork(NamedTuple):
-    """Scratch of the hand's kernels, made anew at each tick.
+    """Scratch arrays of the hand's kernels, allocated at each tick.
 
     Attributes
     ----------
     rotation, jacobian, block: (3, 3): Rh, right Jacobian of a step, a block of a Jacobian.
-    transition: (12, 12), F. noise: (12, 3), how the error state answers to the accelerometer's noise.
+    transition: (12, 12), F. noise: (12, 3), Jacobian of the error state by the accelerometer's noise.
     product: (12, 12).
-    rows, residual: (3, 12) and (3,), a measurement. error, image, gain: (12,).
+    rows, residual: (3, 12) and (3,), Jacobian and residual of a measurement. error, image, gain: (12,).
     """
 
     rotation: Array
@@ -56,7 +56,7 @@ class HandWork(NamedTuple):
 
 @compiled
 def new_hand_work() -> HandWork:
-    """Scratch of the hand's kernels."""
+    """Allocate the scratch arrays of the hand's kernels."""
     return HandWork(
         np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((SIZE, SIZE)), np.zeros((SIZE, 3)),
         np.zeros((SIZE, SIZE)), np.zeros((3, SIZE)), np.zeros(3), np.zeros(SIZE), np.zeros(SIZE),
@@ -68,14 +68,16 @@ def predict_hand(
     q: Any, bias: Any, motion: Any, covariance: Any, shared: Any, rate: Any, acc: Any,
     gyr_variance: float, acc_variance: float, walk_variance: float, dt: float, work: HandWork,
 ) -> None:
-    """Carry the hand over `dt` s.
+    """Predict the state and covariance of the hand over `dt` s.
 
     Parameters
     ----------
     q: (4,), body to earth; bias: (3,), rad/s; motion: (2, 3), velocity m/s and position m.
-    covariance: (12, 12); shared: (12, 3), zero when the accelerometer's sample is a new one.
+    covariance: (12, 12); shared: (12, 3), covariance of the error state with the noise of the accelerometer
+        sample in use, zero for a new sample.
     rate, acc: (3,), rad/s and m/s^2, constant over the step.
-    gyr_variance, acc_variance: of these; walk_variance: (rad/s)^2 that the bias gains in this step.
+    gyr_variance, acc_variance: their variances.
+    walk_variance: variance that the bias gains in this step, (rad/s)^2.
     """
     fill_matrix((q[0], q[1], q[2], q[3]), work.rotation)
     x, y, z = dt * (rate[0] - bias[0]), dt * (rate[1] - bias[1]), dt * (rate[2] - bias[2])
@@ -110,7 +112,7 @@ def predict_hand(
 
 @compiled
 def _spread(covariance: Any, shared: Any, acc_variance: float, work: HandWork) -> None:
-    """P becomes F P F' + F C G' + G C' F' + variance G G', and C = shared becomes F C + variance G."""
+    """Replace P by F P F' + F C G' + G C' F' + variance G G', and C = shared by F C + variance G."""
     transition, noise, product = work.transition, work.noise, work.product
     product[:] = 0.0
     for i in range(SIZE):
@@ -139,11 +141,11 @@ def _spread(covariance: Any, shared: Any, acc_variance: float, work: HandWork) -
 
 @compiled
 def fill_vector_rows(q: Any, earth: Any, vector: Any, work: HandWork) -> None:
-    """Rows and residuals of a vector known in the earth's frame: y - Rh'u = [Rh'u]x dth + noise.
+    """Fill rows and residuals of a vector known in the earth frame: y - Rh'u = [Rh'u]x dth + noise.
 
     Parameters
     ----------
-    q: (4,); earth: (3,), u; vector: (3,), y, what the body reads of it.
+    q: (4,); earth: (3,), u; vector: (3,), y, its measurement in the body's frame.
     """
     fill_matrix(conjugate((q[0], q[1], q[2], q[3])), work.rotation)
     work.rows[:] = 0.0
@@ -159,7 +161,7 @@ def fill_vector_rows(q: Any, earth: Any, vector: Any, work: HandWork) -> None:
 
 @compiled
 def fill_still_rows(motion: Any, work: HandWork) -> None:
-    """Rows and residuals of a velocity of zero: 0 - vh = dv + noise."""
+    """Fill rows and residuals of a velocity of zero: 0 - vh = dv + noise."""
     work.rows[:] = 0.0
     for i in range(3):
         work.rows[i, VELOCITY + i] = 1.0
@@ -171,12 +173,12 @@ def correct_hand(
     q: Any, bias: Any, motion: Any, covariance: Any, shared: Any,
     variance: float, shared_variance: float, work: HandWork,
 ) -> float:
-    """Absorb the three rows that stand in the work space and move their errors into the state.
+    """Update the filter with the three rows in `work` and correct the state.
 
     Parameters
     ----------
-    variance: of the noise of each row; shared_variance: the part of it that is the noise of the
-        accelerometer's sample in use, zero for any other sensor.
+    variance: of the noise of each row; shared_variance: the part of it that comes from the accelerometer
+        sample in use, zero for any other sensor.
 
     Returns the normalised innovation squared, chi-squared with 3 degrees of freedom.
     """
@@ -187,11 +189,11 @@ def correct_hand(
         row = work.rows[r]
         nis += absorb(covariance, error, row, 0, VELOCITY + 3, work.residual[r], variance, work.image, gain)
         for j in range(3):
-            told = shared_variance if j == r else 0.0
+            noise_covariance = shared_variance if j == r else 0.0
             for c in range(VELOCITY + 3):
-                told += row[c] * shared[c, j]
+                noise_covariance += row[c] * shared[c, j]
             for i in range(SIZE):
-                shared[i, j] -= gain[i] * told
+                shared[i, j] -= gain[i] * noise_covariance
     symmetrise(covariance)
     turn(q, UNTURNED, from_rotation_vector(error[0], error[1], error[2]))
     for i in range(3):
@@ -206,7 +208,7 @@ def stillness(rates: Any, accs: Any, bias: Any, gyr_scale: float, acc_scale: flo
     """Statistic of the zero-velocity detector (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, eq. 21).
 
     The mean over a window of |rate|^2 / gyr_scale^2 + |acc - g mean/|mean||^2 / acc_scale^2, without unit:
-    small where the body stands still.
+    small while the body is still.
 
     Parameters
     ----------
@@ -231,15 +233,15 @@ FILLED, BEGUN, FIELD_KNOWN, STILL, OLDEST = range(5)
 
 
 class HandGates(NamedTuple):
-    """Assumptions of the hand's filter.
+    """Parameters of the hand's filter.
 
     Attributes
     ----------
-    motion_sd: of the hand's acceleration where the vertical is read, m/s^2.
+    motion_sd: sd of the hand's acceleration where the accelerometer gives the vertical, m/s^2.
     still_rate, still_acc: scales of the zero-velocity detector, rad/s and m/s^2.
-    still_sd: of a velocity taken for zero, m/s.
-    unknown_acc_sd: of an acceleration whose sample is missing, m/s^2.
-    angle_sd, bias_sd: at the start, rad and rad/s.
+    still_sd: sd of a velocity taken as zero, m/s.
+    unknown_acc_sd: sd of an acceleration whose sample is missing, m/s^2.
+    angle_sd, bias_sd: initial sds, rad and rad/s.
     """
 
     motion_sd: float
@@ -252,15 +254,16 @@ class HandGates(NamedTuple):
 
 
 class HandFilter(NamedTuple):
-    """Filter of one hand; or, with an axis before the others, filters of several.
+    """State of the filter of one hand or, with a leading axis, of the filters of several.
 
     Attributes
     ----------
-    q, bias, motion, covariance, shared: as in `kortier.hand`.
-    acc: (2, 3), row 0 the accelerometer's sample in use, row 1 (its variance, 0, 0).
-    rates, accs: (window, 3), of the zero-velocity detector. earth: (2, 3), up and the magnetic field.
-    flags: (5,), samples in the window; whether the filter has begun, the field is known, the hand stands;
-        where the window's oldest sample is.
+    q, bias, motion, covariance, shared: as in `predict_hand`.
+    acc: (2, 3), row 0 the accelerometer sample in use, row 1 (its variance, 0, 0).
+    rates, accs: (window, 3), samples of the zero-velocity detector.
+    earth: (2, 3), up and the magnetic field.
+    flags: (5,), number of samples in the window; whether the filter has begun, the field is known, the hand
+        is still; index of the window's oldest sample.
     """
 
     q: Any
@@ -276,7 +279,7 @@ class HandFilter(NamedTuple):
 
 
 def new_hands(count: int, window: int) -> HandFilter:
-    """Filters that have not begun, with so many samples in each zero-velocity detector."""
+    """Create `count` filters that have not begun, with `window` samples in each zero-velocity detector."""
     return HandFilter(
         np.tile(UNTURNED, (count, 1)), np.zeros((count, 3)), np.zeros((count, 2, 3)),
         np.zeros((count, SIZE, SIZE)), np.zeros((count, SIZE, 3)), np.zeros((count, 2, 3)),
@@ -288,7 +291,7 @@ def new_hands(count: int, window: int) -> HandFilter:
 def track_hands(
     hands: HandFilter, sensors: Any, moment: Moment, elapsed: Any, gates: Gates, own: HandGates
 ) -> None:
-    """One tick of the filters of `sensors` (hands,); `elapsed` as Arrivals.note gives it."""
+    """Advance the filters of `sensors` (hands,) by a tick; `elapsed` is what Arrivals.note returns."""
     work = new_hand_work()
     for i in range(sensors.size):
         hand = HandFilter(hands.q[i], hands.bias[i], hands.motion[i], hands.covariance[i], hands.shared[i],
@@ -325,10 +328,10 @@ def _track(
 
 @compiled
 def _begin(hand: HandFilter, acc: Any, own: HandGates) -> None:
-    """Upright by the accelerometer, heading zero, at rest at the origin: this defines them."""
+    """Start a filter at rest: upright by the accelerometer, with heading and position zero by definition."""
     x, y, z = acc[0], acc[1], acc[2]
     size = length(acc)
-    # The half turn about x where the body is upside down, else the shortest rotation of acc onto up.
+    # Half a turn about x where the body is upside down, else the smallest rotation of acc onto up.
     if size + z < 1e-9 * size:
         w, a, b, c = 0.0, 1.0, 0.0, 0.0
     else:
@@ -375,7 +378,7 @@ def _stand_still(hand: HandFilter, rate: Any, own: HandGates, work: HandWork) ->
 
 @compiled
 def _read_field(hand: HandFilter, mag: Any, variance: float, gates: Gates, work: HandWork) -> None:
-    """The first sample defines the field and turns the heading to it: y to magnetic north."""
+    """Correct by the magnetic field; the first sample defines it and sets y to magnetic north."""
     if hand.flags[FIELD_KNOWN]:
         known = hand.earth[1]
         if abs(length(mag) - length(known)) < gates.mag_difference:

@@ -1,8 +1,7 @@
 """Weights of the samples of a Kortier tracker.
 
-Which are new, and what is wrong with them, `estimators.samples.arrivals` tells. A sensor without a sound
-gyroscope sample keeps its last rate with an uncertainty that says so; after a while what hangs on it is not
-seen any more.
+`estimators.samples.arrivals` finds samples that are new, lost or clipped. A sensor without a sound gyroscope
+sample keeps its last rate with a larger uncertainty; after a gap its joints are unseen.
 """
 
 from __future__ import annotations
@@ -18,22 +17,22 @@ from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 _SMOOTHING_S = 0.2
-"""Time constant of `Moment.steady`, s (chosen: 20 samples of 100 Hz)."""
+"""Time constant of `Moment.steady`, s (chosen: 20 samples at 100 Hz)."""
 
 _LONGEST = 1e4
-"""Greatest `Moment.steady`, m/s^2 (chosen: 1000 g). Each step of a turn lengthens it, and rates that no hand
-has without end."""
+"""Greatest `Moment.steady`, m/s^2 (chosen: 1000 g). Each rotation step lengthens it, without limit at rates
+that no hand reaches."""
 
 
 class Trust(NamedTuple):
-    """Weights of samples.
+    """Assumed errors of samples.
 
     Attributes
     ----------
-    gyr_sd, acc_sd, mag_sd: of sound samples, rad/s, m/s^2, T.
-    lost_sd, clipped_sd: of a rate whose sample is missing or clipped, rad/s.
-    lever_m: distance that turns rotation into acceleration which neighbours do not share.
-    error_time_s: how long an error lasts that is none of a sensor's noise.
+    gyr_sd, acc_sd, mag_sd: sds of sound samples, rad/s, m/s^2, T.
+    lost_sd, clipped_sd: sds of a rate whose sample is missing or clipped, rad/s.
+    lever_m: lever arm by which rotation causes acceleration that neighbours do not share.
+    error_time_s: correlation time of errors other than sensor noise.
     """
 
     gyr_sd: float
@@ -46,15 +45,15 @@ class Trust(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """Samples of n sensors as the filters take them.
+    """Samples of n sensors in the form that the filters use.
 
     Attributes
     ----------
-    rates: (n, 3), mean over the step; gyr_variance: (n,). newest: (n, 3), last sound sample.
-    steady: (n, 3), accelerations smoothed in a frame that does not turn; 0 before the first, and after a
-        gyroscope has been missing for longer than the smoothing lasts.
-    acc, mag: (n, 3); acc_variance, mag_variance: (n,), infinite where the sample is not to be used.
-    missing: (n,), s since the last sound sample of the gyroscope; infinite before the first.
+    rates: (n, 3), mean over the step; gyr_variance: (n,), its variance. newest: (n, 3), last sound rate.
+    steady: (n, 3), accelerations smoothed in a frame that does not rotate; 0 before the first sample, and
+        after a gyroscope has been missing for longer than the smoothing time.
+    acc, mag: (n, 3); acc_variance, mag_variance: (n,), infinite where the sample must not be used.
+    missing: (n,), time since the last sound gyroscope sample, s; infinite before the first.
     """
 
     rates: Array
@@ -69,7 +68,7 @@ class Moment(NamedTuple):
 
 
 def no_moment(sensors: int) -> Moment:
-    """Before the first sample."""
+    """Create the moment before the first sample."""
     return Moment(
         rates=np.zeros((sensors, 3)), gyr_variance=np.full(sensors, np.inf), newest=np.zeros((sensors, 3)),
         steady=np.zeros((sensors, 3)), acc=np.zeros((sensors, 3)), acc_variance=np.full(sensors, np.inf),
@@ -79,7 +78,7 @@ def no_moment(sensors: int) -> Moment:
 
 @compiled
 def repeats(error_time_s: float, elapsed_s: float) -> float:
-    """Number of measurements within the duration 2 tau of an error: factor on its variance."""
+    """Number of measurements within twice the correlation time of an error: factor on its variance."""
     return max(1.0, 2.0 * error_time_s / elapsed_s)
 
 
@@ -87,16 +86,16 @@ def repeats(error_time_s: float, elapsed_s: float) -> float:
 def take(
     gyr: Any, acc: Any, mag: Any, codes: Any, elapsed: Any, period: float, trust: Trust, moment: Moment
 ) -> None:
-    """Bring a moment up to the samples (n, 3) of this tick.
+    """Update a moment with the samples (n, 3) of a tick.
 
-    Rates are the mean of a sample and the one before it. An accelerometer's variance grows by the
-    acceleration that rotation gives at `lever_m`, by rate and by change of rate: the paper judges it by the
-    rate alone (eq. 28), which vanishes where a finger turns back.
+    A rate is the mean of a sample and the one before it. An accelerometer's variance grows by the
+    acceleration that rate and change of rate cause at `lever_m`. The paper uses the rate alone (eq. 28),
+    which vanishes where a finger reverses.
 
     Parameters
     ----------
-    codes: (3, n), elapsed: as Arrivals has and gives them.
-    period: s, of the gyroscopes; what a step lasts longer is a gap, whose rate is unknown.
+    codes: (3, n), as in Arrivals. elapsed: as Arrivals.note returns it.
+    period: of the gyroscopes, s; the excess of a longer step is a gap with unknown rate.
     """
     dt = elapsed[0]
     for s in range(gyr.shape[0]):
@@ -123,7 +122,7 @@ def take(
             moment.steady[s, 2] = z - (a * y - b * x)
             length = abs(moment.steady[s, 0]) + abs(moment.steady[s, 1]) + abs(moment.steady[s, 2])
             if moment.missing[s] > _SMOOTHING_S or not length < _LONGEST:
-                moment.steady[s] = 0.0  # nobody knows how far it has turned: it begins with the next sample
+                moment.steady[s] = 0.0  # its rotation is unknown: restart with the next sample
         for i in range(3):
             speed += moment.newest[s, i] ** 2
         moment.acc_variance[s] = math.inf

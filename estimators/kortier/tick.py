@@ -27,10 +27,10 @@ from fesloop.loop.block import Tick
 
 @compiled
 def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
-    """Fill angles and sd (freedoms,), rad: 0 and pi of a joint that is not seen.
+    """Fill angles and sds (freedoms,), rad, with 0 and pi for joints that are not seen.
 
     With R = R_f(f) R_a(a) R_p(p) about the joint's axes, dth = R'f df + R_p'a da + p dp, which is solved
-    for the angles' errors; f, a, p are taken for z, x, y.
+    for the angles' errors; f, a, p take the places of z, x, y.
     """
     angles[:] = 0.0
     sds[:] = UNSEEN_SD
@@ -55,7 +55,7 @@ def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
 
 @compiled
 def _in_joint(q: Any, axes: Any) -> Components:
-    """q (4,) in a frame whose z, x and y are the joint's axes."""
+    """Express q (4,) in the frame whose z, x and y are the joint's axes."""
     f, a, p = axes[0], axes[1], axes[2]
     x, y, z = q[1], q[2], q[3]
     return (q[0], a[0] * x + a[1] * y + a[2] * z, p[0] * x + p[1] * y + p[2] * z,
@@ -64,7 +64,7 @@ def _in_joint(q: Any, axes: Any) -> Components:
 
 @compiled
 def _variance(row: Any, axes: Any, covariance: Any) -> float:
-    """Of an angle that answers to dth by `row`, (3,) in the frame of _in_joint."""
+    """Variance of an angle whose Jacobian by dth is `row`, (3,) in the frame of _in_joint."""
     f, a, p = axes[0], axes[1], axes[2]
     x, y, z = row
     u, v, w = (x * a[0] + y * p[0] + z * f[0], x * a[1] + y * p[1] + z * f[1],
@@ -78,11 +78,11 @@ def put_orientations(
     layout: Any, sensors: Any, chains: Chains, filters: Filters, attitudes: Any, relative: Any,
     orientation: Any
 ) -> None:
-    """Fill `relative` (segments, 4), child to parent, and `orientation` (n, 4) to earth.
+    """Fill `relative` (segments, 4), child to parent, and `orientation` (n, 4), segment to earth.
 
     Parameters
     ----------
-    sensors: (segments,), as of Body. attitudes: (parts, 4), of the segments that are held, to earth.
+    sensors: (segments,), as in Body. attitudes: (parts, 4), of the tracked segments, to earth.
     relative: straight where a joint has never been seen.
     """
     relative[:] = 0.0
@@ -118,14 +118,14 @@ def put_fingertips(
     layout: Any, geometry: Any, tips: Any, chains: Chains, filters: Filters, relative: Any, fingertips: Any,
     sds: Any
 ) -> None:
-    """Fill fingertips and their sd (t, 3), m, in the root's frame.
+    """Fill fingertips and their sds (t, 3), m, in the root's frame.
 
-    The errors of a chain's joints count with their covariances, those of different chains as independent. A
-    joint that is not seen is taken as straight, and errs by pi about each of its axes.
+    Errors of joints in one chain have the covariance of its filter, those in different chains are assumed
+    independent. An unseen joint is taken as straight, with an sd of pi about each of its axes.
 
     Parameters
     ----------
-    relative: (segments, 4), child to parent; straightened where a joint is not seen.
+    relative: (segments, 4), child to parent; unseen joints are set straight.
     """
     count = layout.shape[0]
     orientations, positions = np.empty((count, 4)), np.zeros((count, 3))
@@ -164,7 +164,7 @@ def _add_unseen(lever: Any, axes: Any, freedoms: int, variance: Any) -> None:
 
 @compiled
 def _add_seen(levers: Any, path: Any, i: int, chains: Chains, filters: Filters, variance: Any) -> None:
-    """Add the part of joint `i` of a path, with what it shares with joints of its chain before it."""
+    """Add the variance of joint `i` of a path and its covariance with earlier joints of its chain."""
     joint, chain = chains.joint_of[path[i]], chains.chain_of[path[i]]
     first = chains.first[chain]
     covariance = covariance_of(chain, chains, filters)
@@ -184,14 +184,14 @@ Numbers = NDArray[np.int64]
 
 
 class Worn(NamedTuple):
-    """Body with the sensors, for kernels; read-only.
+    """Arrays of a body and its sensors, for kernels; read-only.
 
     Attributes
     ----------
     layout, geometry: of the tree. sensors, tips: as in Body.
-    magnetometers: (n,), those that are read: of each chain's base and tip, and of what is held.
-    held_sensors: (parts,), of the segments that `chains` holds.
-    base: the part whose position and velocity are put out.
+    magnetometers: (n,), whether each is read: those of each chain's base and tip, and of `chains.held`.
+    held_sensors: (parts,), sensors of the segments in `chains.held`.
+    base: the part whose position and velocity are outputs.
     """
 
     layout: Numbers
@@ -205,7 +205,7 @@ class Worn(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """Assumptions of the filters."""
+    """Parameters of the filters."""
 
     trust: Trust
     gates: Gates
@@ -213,7 +213,7 @@ class Settings(NamedTuple):
 
 
 class Posture(NamedTuple):
-    """Outputs: orientation (n, 4); angles, fingertips and their sd: (2, freedoms), (2, t, 3)."""
+    """Output arrays: orientation (n, 4); angles (2, freedoms) and fingertips (2, t, 3), with their sds."""
 
     orientation: Array
     angles: Array
@@ -221,7 +221,7 @@ class Posture(NamedTuple):
 
 
 def worn_by(body: Body, base: int) -> Worn:
-    """The sensors of a body whose segment `base` is to be held."""
+    """Create the arrays of a body whose segment `base` has its position tracked."""
     chains = chains_of(body, base)
     number = np.arange(len(chains.first) - 1)
     read = np.zeros(len(body.sensed), dtype=np.bool_)
@@ -240,11 +240,11 @@ def track(
     gyr: Any, acc: Any, mag: Any, codes: Any, elapsed: Any, period: float, worn: Worn, settings: Settings,
     hands: HandFilter, filters: Filters, moment: Moment, posture: Posture
 ) -> Any:
-    """Whether there is news of which joints are seen; fills `posture`.
+    """Process one tick and fill `posture`; return whether any joint was lost or found again.
 
     Parameters
     ----------
-    gyr, acc, mag: (n, 3), rad/s, m/s^2, T. codes, elapsed, period: as in `kortier.samples.take`.
+    gyr, acc, mag: (n, 3), rad/s, m/s^2, T. codes, elapsed, period: as in `estimators.kortier.samples.take`.
     """
     trust, gates, own = settings
     take(gyr, acc, mag, codes, elapsed, period, trust, moment)
@@ -261,11 +261,11 @@ def track(
 def report_unseen(
     before: tuple[str, ...], body: Body, chains: Chains, seen: NDArray[np.bool_], tick: Tick
 ) -> tuple[str, ...]:
-    """Say which joints have been lost and which are seen again; give those that are not seen.
+    """Report joints that were lost or found again; return the names of unseen joints.
 
     Parameters
     ----------
-    before: what was given the last time. seen: (joints,), of those of the chains.
+    before: the names returned last time. seen: (joints,), whether each joint of the chains is seen.
     """
     joint_of, freedoms = chains.joint_of, body.tree.layout[:, 1]
     unseen = tuple(body.joints[k] for k in np.flatnonzero(freedoms)

@@ -1,4 +1,4 @@
-"""Chains of segments of a Kortier tracker: those of a body's tree that have sensors."""
+"""Chains of segments with sensors in a body's tree, for a Kortier tracker."""
 
 from __future__ import annotations
 
@@ -21,23 +21,25 @@ CHAIN5 = (
     *(Segment(name=f"seg{i + 1}", parent=f"seg{i}", joint="hinge", joint_name=f"seg{i}-seg{i + 1}",
               axes=(axis,))
       for i, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), start=2)))
-"""A ball joint, then hinges about x, y, z (`fesloop.streams.formats.published`, which gives no lengths)."""
+"""Segments of chain5: a ball joint, then hinges about x, y, z
+(`fesloop.streams.formats.published`, which gives no lengths)."""
 
 
 class Chains(NamedTuple):
-    """Chains of segments, a filter each; a chain of n joints joins n + 1 segments. Read-only.
+    """Chains of segments, each with a filter; a chain of n joints has n + 1 segments. Read-only.
 
-    Arrays of joints, and of places on chains (one more than joints, bases in each chain of theirs), run
-    chain by chain, from the base to the tip. Parts are what joints with both sensors hold together.
+    Arrays over joints, and over places (the segments of each chain, one more than its joints; a base is
+    listed in each of its chains), run chain by chain, from base to tip. A part is a set of segments that are
+    connected by joints with sensors on both sides.
 
     Attributes
     ----------
-    first: (chains + 1,), first joint of each chain, then their number.
-    first_entry: (chains + 1,), where the covariance of each begins among all entries, then their number.
-    sensors: (places,), numbers. segments: (joints,), index in the tree of each joint's child.
-    freedoms: (joints,), 0 to 3. first_angle: (joints,), where its angles stand among those of the tree.
+    first: (chains + 1,), first joint of each chain, then the number of joints.
+    first_entry: (chains + 1,), first entry of each chain's covariance, then the number of entries.
+    sensors: (places,), numbers of sensors. segments: (joints,), index in the tree of each joint's child.
+    freedoms: (joints,), 0 to 3. first_angle: (joints,), index of the joint's first angle in the tree.
     axes: (joints, 3, 3), of flexion, abduction and pronation, in the child's frame.
-    joint_of, chain_of: (segments,), joint and chain that move a segment against its parent, -1 for none.
+    joint_of, chain_of: (segments,), joint between a segment and its parent, and its chain; -1 for none.
     part_of: (segments,), part of each segment with a sensor, -1 for the others.
     held: (parts,), the segment of each part whose attitude, velocity and position are tracked.
     """
@@ -56,9 +58,9 @@ class Chains(NamedTuple):
 
 
 def base_of(body: Body, name: str, usual: str) -> int:
-    """Index of the segment `name`, or of `usual`, or of the tree's first with a sensor.
+    """Index of the segment `name`, else of `usual`, else of the tree's first segment with a sensor.
 
-    Raises InputError for the name of no segment that has a sensor.
+    Raises InputError if no segment called `name` has a sensor.
     """
     worn = [body.tree.names[k] for k in sorted(body.sensed)]
     if name and name not in worn:
@@ -67,7 +69,7 @@ def base_of(body: Body, name: str, usual: str) -> int:
 
 
 def pose_of(tree: SegmentTree, angles_deg: Mapping[str, float]) -> Array:
-    """Angles (freedoms,), rad, of a pose given by names of freedoms; those not named are 0."""
+    """Angles (freedoms,), rad, of a posture given by names of freedoms; the others are 0."""
     angles = np.zeros(len(tree.ranges))
     for name, angle in angles_deg.items():
         where = f"initial_angles_deg.{name}"
@@ -81,11 +83,11 @@ def pose_of(tree: SegmentTree, angles_deg: Mapping[str, float]) -> Array:
 
 
 def chains_of(body: Body, base: int) -> Chains:
-    """The chains of a body: from where segments branch, and from `base`, to the next such or to a tip.
+    """Find the chains of a body: from `base` or a branching segment to the next of these, or to a tip.
 
     Parameters
     ----------
-    base: index of a segment with a sensor: the one held of its part; of the others it is the innermost.
+    base: index of a segment with a sensor, tracked in its part; in other parts the innermost is.
     """
     layout, seen = body.tree.layout, body.seen()
     children = [[int(c) for c in np.flatnonzero((layout[:, 0] == k) & seen)] for k in range(len(layout))]

@@ -1,4 +1,4 @@
-"""Scratch arrays of the kernels of a chain of segments, new at each tick."""
+"""Scratch arrays and measurement rows of the filter of a chain, allocated at each tick."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ Array = NDArray[np.float64]
 
 
 class Work(NamedTuple):
-    """Scratch of a chain's kernels, large enough for n joints.
+    """Scratch arrays of a chain's kernels, large enough for n joints.
 
     Attributes
     ----------
     rotation: (n, 3, 3), Rh of each joint.
     step: (n + 1, 3, 3), E' of each segment.
     jacobian: (n + 1, 3, 3), right Jacobian of each segment's step.
-    of_child, of_parent: (n, 3, 3), how dth answers to the child's and the parent's rate error.
+    of_child, of_parent: (n, 3, 3), Jacobians of dth by the rate errors of child and parent.
     product: (n, 3, 3), Rh_0 .. Rh_k.
-    rows: (3, size), some rows of a covariance.
-    design, residual, variance, span: measurements, one a row: Jacobian, residual, variance of the noise, and
-        the first column that is not zero with the one past the last.
+    rows: (3, size), three rows of a covariance.
+    design, residual, variance, span: measurements, one per row: Jacobian, residual, variance of the noise,
+        and the range of its nonzero columns (first, one past the last).
     error, image, gain: (size,).
     """
 
@@ -47,13 +47,16 @@ class Work(NamedTuple):
 
 @compiled
 def error_size(joints: int) -> int:
-    """Length of the error state of a chain: 3 a joint and 3 a segment."""
+    """Length of the error state of a chain: 3 per joint and 3 per segment."""
     return 3 * joints + 3 * (joints + 1)
 
 
 @compiled
 def new_work(joints: int) -> Work:
-    """Scratch for chains of so many joints at most: 3 rows a joint of accelerations, 3 of its constraints."""
+    """Allocate scratch arrays for chains of at most `joints` joints.
+
+    Rows: 3 of accelerations and 3 of constraints per joint, 3 of the magnetic field.
+    """
     size, measurements = error_size(joints), 6 * joints + 3
     return Work(
         np.zeros((joints, 3, 3)), np.zeros((joints + 1, 3, 3)), np.zeros((joints + 1, 3, 3)),
@@ -64,7 +67,7 @@ def new_work(joints: int) -> Work:
 
 @compiled
 def fill_rotations(q: Any, work: Work) -> None:
-    """Write Rh of each joint."""
+    """Write the rotation matrix Rh of each joint."""
     for k in range(q.shape[0]):
         fill_matrix((q[k, 0], q[k, 1], q[k, 2], q[k, 3]), work.rotation[k])
 
@@ -73,17 +76,17 @@ def fill_rotations(q: Any, work: Work) -> None:
 def add_accelerations(
     acc: Any, steady: Any, acc_variance: Any, used: Any, count: int, work: Work
 ) -> int:
-    """Measurement rows of neighbouring accelerometers (eq. 26), from row `count` on; the new count.
+    """Add rows of neighbouring accelerometers (eq. 26) from row `count`; return the new count.
 
-    Pair k says acc_k - Rh_k acc_(k+1) = -Rh_k [acc_(k+1)]x dth_k + noise. The paper puts the sample itself
-    into the Jacobian, where its noise passes for knowledge of rotations about the vertical; `steady`, the
-    same smoothed, stands there instead. Where pair k - 1 is used as well the two share accelerometer k:
-    what it tells of that noise is subtracted, with the weight c = variance_k / (variance of pair k - 1),
-    after which the rows are independent.
+    Pair k measures acc_k - Rh_k acc_(k+1) = -Rh_k [acc_(k+1)]x dth_k + noise. The paper puts the sample
+    itself into the Jacobian, where its noise counts as information on rotations about the vertical; the
+    smoothed sample `steady` replaces it here. Where pair k - 1 is used as well, the two share accelerometer
+    k: the estimate of its noise from pair k - 1 is subtracted, with the weight c = variance_k / (variance of
+    pair k - 1), which makes the rows independent.
 
     Parameters
     ----------
-    acc, steady: (n + 1, 3), m/s^2; acc_variance: (n + 1,); used: (n,), which pairs to take.
+    acc, steady: (n + 1, 3), m/s^2; acc_variance: (n + 1,); used: (n,), whether each pair is used.
     """
     coupled = False
     for k in range(used.size):
@@ -116,12 +119,13 @@ def add_accelerations(
 
 @compiled
 def add_field(base: Any, tip: Any, joints: int, variance: float, count: int, work: Work) -> int:
-    """Measurement rows of the magnetometers of first and last segment, from row `count` on; the new count.
+    """Add rows of the first and last segment's magnetometers from row `count`; return the new count.
 
     Parameters
     ----------
-    base, tip: (3,), the field in the first and in the last segment, with so many joints between them.
-    variance: of their noise, together.
+    base, tip: (3,), the field in the frames of the first and of the last segment.
+    joints: number of joints between them.
+    variance: sum of both noise variances.
     """
     work.product[0] = work.rotation[0]
     for k in range(1, joints):
@@ -148,11 +152,11 @@ def add_field(base: Any, tip: Any, joints: int, variance: float, count: int, wor
 
 @compiled
 def add_constraints(freedoms: Any, axes: Any, variance: float, count: int, work: Work) -> int:
-    """Rows of what joints cannot do, from row `count` on; the new count.
+    """Add rows of joint constraints from row `count`; return the new count.
 
-    With f, a, p the axes of flexion, abduction and pronation, each in parent and child alike: a saddle keeps
-    the parent's f orthogonal to the child's a (the paper's eq. 29), a hinge to its p as well (eq. 32); where
-    all is fixed the parent's a stays orthogonal to the child's p. u.(R v) = 0 answers to dth by
+    f, a, p are the axes of flexion, abduction and pronation, the same in parent and child. A saddle keeps
+    the parent's f orthogonal to the child's a (the paper's eq. 29), a hinge also to its p (eq. 32); a fixed
+    joint also keeps the parent's a orthogonal to the child's p. An error dth changes u.(R v) = 0 by
     -(R'u x v).dth.
 
     Parameters
