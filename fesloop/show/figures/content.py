@@ -1,4 +1,4 @@
-"""Description of a figure of a study, from which files and pages draw it: cells, panels, lines, labels."""
+"""Description of a figure of a study, for files and pages that draw it: cells, panels, lines, labels."""
 
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Overlay:
 
     Attributes
     ----------
-    label: of the legend; overlays of one label look alike and stand there once.
+    label: of the legend; overlays of one label look alike and are listed once.
     x: places along the figure's x. y: along the y of a heat map, or the metric of curves; empty: a vertical
         line at each x.
     panel: level of the figure's panels on which it is drawn; None: all.
@@ -51,8 +51,8 @@ def check_overlays(results: StudyResults, figure: Figure, overlays: Sequence[Ove
             raise InputError(where, f"{figure.x} is no axis of numbers", "a figure over numbers")
         if figure.y is not None and len(overlay.y) and not is_numeric(results.axes[figure.y]):
             raise InputError(where, f"{figure.y} is no axis of numbers", "a figure over numbers")
-        asked = (("panel", overlay.panel, figure.panels), ("line", overlay.line, figure.by))
-        for key, level, axis in asked:
+        levels = (("panel", overlay.panel, figure.panels), ("line", overlay.line, figure.by))
+        for key, level, axis in levels:
             if level is not None and axis is None:
                 raise InputError(f"{where}: {key}", f"{level_text(level)}, but the figure has none", "None")
             if level is not None and axis is not None:
@@ -65,7 +65,7 @@ class Content:
 
     Attributes
     ----------
-    results, figure, overlays: as given. cells: the estimates that are drawn, one or more.
+    results, figure, overlays: as given. cells: one or more estimates to draw.
     """
 
     results: StudyResults
@@ -183,22 +183,22 @@ class Content:
         first, named = self.cells[0], {axis for _, axis in self.figure.named_axes()}
         others = [axis for axis, levels in self.results.axes.items()
                   if axis not in named and len(levels) > 1]
-        drawn = [axis for axis in sampled_axes(self.results.study, self.results.axes) if axis in others]
-        parts = [self._counted(drawn)]
+        sampled = [axis for axis in sampled_axes(self.results.study, self.results.axes) if axis in others]
+        parts = [self._counted(sampled)]
         if intervals:
             parts.append(f"{100.0 * first.confidence:g} % interval ({first.interval})")
-        over = [self._called(axis)[0] for axis in others if axis not in drawn]
+        over = [self._called(axis)[0] for axis in others if axis not in sampled]
         parts += [f"averaged over {', '.join(over)}"] if over else []
         parts += [self._level_of_axis(axis, first.levels[axis]) for axis in self.figure.at]
         return "; ".join([*parts, *self._left_out()])
 
-    def _counted(self, drawn: list[str]) -> str:
+    def _counted(self, sampled: list[str]) -> str:
         units = sorted({cell.units for cell in self.cells if cell.units})
         if not units:
             return f"{self.cells[0].statistic} of no value yet"
         counted = f"{units[0]}" if len(units) == 1 else f"{units[0]} to {units[-1]}"
-        cohorts = [axis for axis in drawn if self.results.study.get("axes", {}).get(axis, {}).get("cohort")]
-        what = "replicate" if not drawn else "patient" if cohorts == drawn else "point"
+        cohorts = [axis for axis in sampled if self.results.study.get("axes", {}).get(axis, {}).get("cohort")]
+        what = "replicate" if not sampled else "patient" if cohorts == sampled else "point"
         return f"{self.cells[0].statistic} of {counted} {what}{'' if units == [1] else 's'}"
 
     def _left_out(self) -> list[str]:

@@ -26,9 +26,9 @@ _OVERLAY_STYLES = ("--", ":", "-.")
 _DODGE = 0.12
 """Horizontal offset between lines over text levels, as a share of the distance between levels."""
 _MOST_BANDS, _BESIDE_PT = 3, 2.2
-"""Bands that can be told apart where they overlap; how far bars are apart where there are more, points."""
+"""Most bands that can be distinguished where they overlap; distance of bars where there are more, points."""
 _FOOT, _MOST_FOOT = 0.045, 0.16
-"""Room below what is drawn for each line of which runs failed, and for all; as shares of the axis."""
+"""Room below the data for each line with failed runs, and for all such lines; as shares of the axis."""
 
 
 def curves(content: Content) -> Drawing:
@@ -94,7 +94,7 @@ def _beside(axes: Axes, lines: float) -> Transform:
 
 
 def _draw_line(axes: Axes, content: Content, cells: Sequence[Estimate], line: int) -> None:
-    """A line with its band, and bars where there are many; over text or points that were drawn, bars alone.
+    """Draw a line with its band, or with bars where there are many; only bars over text or sampled points.
 
     A marker is hollow where some runs failed.
     """

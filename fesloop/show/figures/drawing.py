@@ -14,11 +14,11 @@ from fesloop.show.figures.heat_maps import heat_map
 
 
 def draw(results: StudyResults, figure: Figure, folder: str | Path, overlays: Sequence[Overlay] = ()) -> Path:
-    """Draw a figure of a study's results into `folder`; the file, NAME.png.
+    """Draw a figure of a study's results into `folder`; return the path of the file, NAME.png.
 
-    `overlays` are lines over it, such as theory's. Raises InputError for a figure of what the study does not
-    have, or of which no run is planned, for an overlay that does not fit, where matplotlib is not installed,
-    and where the file cannot be written.
+    `overlays` are lines over it, such as theory's. Raises InputError for a figure of axes or metrics that the
+    study lacks, or without any planned run, for an overlay that does not fit, where matplotlib is not
+    installed, and where the file cannot be written.
     """
     faults = figure.faults(tuple(results.axes), results.metrics)
     if faults:

@@ -141,7 +141,7 @@ def _square(axes: Axes, content: Content, cell: Estimate) -> _Square:
 
 _OVERLAYS = ((VERMILION, "-"), (BLACK, "--"), (PURPLE, ":"))
 _STRIP = 0.16
-"""Height of what tells of failed runs, as a share of its cell."""
+"""Height of the mark of failed runs, as a share of its cell."""
 _LETTER_IN, _BAR_IN = 0.068, 0.15
 """Widths of a label's letter and of the colour bar, inches."""
 _HATCHED: dict[str, Any] = {"facecolor": "0.88", "edgecolor": INK, "hatch": "//////",
@@ -170,24 +170,24 @@ def heat_map(content: Content) -> Drawing:
              content.level_label(content.figure.panels, panel))
     _colour_bar(drawing, every, colours, norm, content)
     add_key(drawing, key, "above")
-    told = content.is_grid and write_values(drawing, every, content, lambda value: colours(norm(value)))
-    rewrite_caption(drawing, content.caption(intervals=told))
+    written = content.is_grid and write_values(drawing, every, content, lambda value: colours(norm(value)))
+    rewrite_caption(drawing, content.caption(intervals=written))
     return drawing
 
 
 def _panel_size(content: Content) -> tuple[float, float]:
-    """Inches: squares large enough for numbers, and what labels of text take."""
+    """Size in inches: squares large enough for numbers, and room for labels of text."""
     x, y = content.x, content.y
     width = float(np.clip(0.45 * len(x.levels), 2.0, 4.4)) + 1.2
     height = float(np.clip(0.4 * len(y.levels), 1.2, 4.0 if y.numeric else 7.0)) + 0.7
-    # Labels stand beside the first of the panels abreast, whose room is that of all.
+    # Labels are beside the first of the panels abreast, which all have the same room.
     beside = 0.0 if y.numeric else _LETTER_IN * y.longest / columns_of(len(content.panels))
     below = 0.5 * _LETTER_IN * x.longest if x.slanted else 0.0
     return width + beside, height + below
 
 
 def _colours() -> Colormap:
-    """From light to dark, without the ends on which neither black nor white can be read."""
+    """Colours from light to dark, without ends on which neither black nor white can be read."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 
@@ -224,7 +224,7 @@ def _draw_squares(axes: Axes, content: Content, panel: AxisLevel | None, colours
 
 def _draw_dots(axes: Axes, content: Content, cells: Sequence[Estimate], colours: Colormap,
                norm: Normalize) -> None:
-    """Points that were drawn; a cross where there is no value."""
+    """Draw sampled points; a cross where there is no value."""
     x = content.x.places_of([cell.levels[content.figure.x] for cell in cells])
     y = content.y.places_of([cell.levels[str(content.figure.y)] for cell in cells])
     values = content.factor * np.array([cell.value for cell in cells])

@@ -89,7 +89,7 @@ def add_key(
 
 
 def rewrite_caption(drawing: Drawing, caption: str) -> None:
-    """Another caption, no longer than that for which there is room."""
+    """Replace the caption by another one, which must not need more room."""
     for text in drawing.texts:
         if text.get_gid() == "caption":
             text.set_text("\n".join(textwrap.wrap(caption, int(_CAPTION_LETTERS * drawing.get_figwidth()))))
@@ -102,8 +102,8 @@ _ROOM = 0.06
 def curve_ends(content: Content) -> tuple[float, float]:
     """Limits of the metric in all panels: from 0 if no value is negative; shares to 100 %.
 
-    Intervals and theory may reach far out, as those of two replicates do, or theory where a loop is about to
-    become unstable: what lies further beyond the values than these span is cut.
+    Intervals and theory may reach far out, as intervals of two replicates do, or theory where a loop is about
+    to become unstable: they are cut where they exceed the values by more than the span of the values.
     """
     values = content.factor * np.array([cell.value for cell in content.cells if np.isfinite(cell.value)])
     least, most = float(values.min(initial=0.0)), float(values.max(initial=0.0))

@@ -35,18 +35,18 @@ Levels = dict[str, AxisLevel]
 
 
 def theory_overlays(study: Study, figure: Figure) -> list[Overlay]:
-    """Lines of theory over a figure, panel by panel; none where nothing is linear, or none is asked for.
+    """Lines of theory over a figure, panel by panel; none where nothing is linear, or theory is "none".
 
-    Axes that the figure does not name are taken at their first levels. Raises InputError where critical
-    latencies are asked for along an axis that is not the latency of one wire.
+    Axes that the figure does not name are taken at their first levels. Raises InputError for critical
+    latencies along an axis that is not the latency of one wire.
     """
     if figure.theory == "none":
         return []
     rows = _Rows(study, figure)
-    told = _critical if figure.theory == "critical_latency" else _at_rest
+    overlays_of = _critical if figure.theory == "critical_latency" else _at_rest
     with one_blas_thread():
         return [overlay for panel in rows.levels(figure.panels) for line in rows.levels(figure.by)
-                for overlay in told(rows, panel, line)]
+                for overlay in overlays_of(rows, panel, line)]
 
 
 class _Rows:
@@ -189,7 +189,7 @@ def _wire_along_x(figure: Figure, cells: list[Cell], loops: list[LinearLoop]) ->
 def keep_overlays(folder: Path, created: str, overlays: Mapping[str, Sequence[Overlay]]) -> None:
     """Write the overlays of a study's figures, by figure, into the folder of its store.
 
-    `created`: when the store was, which tells it from another that stands in its place later. Raises
+    `created`: when the store was, which distinguishes it from a later one in its place. Raises
     InputError where the file cannot be written.
     """
     path = folder / THEORY

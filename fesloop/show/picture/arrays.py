@@ -124,7 +124,7 @@ def arrays_figure(
         it has them its `motor_points` (muscle, around_deg, along_mm).
     charge: (elements,), C a phase; highest: that of the colour bar's end. shares: (channels, elements).
     commands: (channels, 2), A and s. muscles: `recruitment`, `activation`, `fitness`, (29,) each. None
-        stands for what was not recorded.
+        means not recorded.
     """
     from matplotlib.figure import Figure
 
@@ -205,7 +205,7 @@ def _colours(charge: Array, highest: float) -> Array:
 
 
 def draw_elements(axes: Axes, places: Array, charge: Array | None, highest: float) -> None:
-    """Every element as its pad, with its number, coloured by charge where it has any."""
+    """Draw every element as a pad with its number, coloured by its charge if it has any."""
     from matplotlib.patches import Circle
 
     colours = [_EMPTY] * len(places) if charge is None else list(_colours(charge, highest))

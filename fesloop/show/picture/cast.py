@@ -19,7 +19,7 @@ _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Player:
-    """A block of the recording: its name, and the object that its table stands for."""
+    """A block of the recording: its name, and the object that is made from its table."""
 
     name: str
     part: Any
@@ -39,12 +39,12 @@ class Cast:
     ----------
     hand: the plant with a parameter `hand` of type HandSize.
     trackers: blocks with such a parameter and a recorded output `angles`.
-    electrodes: the block that says where its elements are (`places`) and puts out `recruitment`.
+    electrodes: the block with places of elements (`places`) and an output `recruitment`.
     stimulator: what is wired to the electrodes' `elements`.
     muscles: name of the block that puts out `activation`; empty where none does.
     stimulation: signal that commands the stimulator, else any of that port's name; empty where none is.
     multiplexing: signal that switches the stimulator's channels; empty where none is.
-    rotation: signal that tells the electrodes of forearm rotation; empty where none does.
+    rotation: signal of forearm rotation that the electrodes receive; empty where there is none.
     """
 
     hand: Player | None

@@ -82,14 +82,14 @@ def _events(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tupl
     """Stimulation, muscles, contact and object, as far as they are there."""
     draws: list[Draw] = []
     hand = cast.hand.name if cast.hand is not None else ""
-    wanted: list[tuple[str, bool, list[Callable[[Axes, Array, Array], None]]]] = [
+    courses: list[tuple[str, bool, list[Callable[[Axes, Array, Array], None]]]] = [
         (cast.stimulation, bool(cast.stimulation), [partial(_channels, 0), partial(_channels, 1)]),
         (f"{cast.muscles}.activation", bool(cast.muscles), [_most_active]),
         (f"{hand}.contact_force", cast.hand is not None and cast.stimulation != "", [_contact]),
         (f"{hand}.object_position", getattr(getattr(cast.hand, "part", None), "object", None) is not None,
          [draw_height])]
     notes: list[str] = []
-    for name, there, pictures in wanted:
+    for name, there, pictures in courses:
         if not there:
             continue
         if name not in recording.signals:

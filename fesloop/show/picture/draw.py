@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
 CANDIDATES, SHOWN = 240, 4
-"""Instants looked at, evenly spaced, and drawn at most, where none is asked for (chosen: a strip of four)."""
+"""Evenly spaced instants to choose from by default, and most that are chosen (chosen: a strip of four)."""
 BETWEEN = 20
-"""Part of the recording, one in so many, that lies between two drawn instants at least (chosen: else a hand
-that springs to rest at the start is drawn twice, and what it does later once)."""
+"""Drawn instants are apart by at least the recording's length divided by this (chosen: else a hand that
+springs to rest at the start is drawn twice, and its later motion once)."""
 APART_M, APART_SHARE = 0.005, 0.05
-"""Postures nearer to each other than this, root mean square of what is compared, are one (chosen); and
-shares of muscles."""
+"""Differences, root mean square, below which two postures count as one (chosen); and likewise shares of
+muscles."""
 
 
 def requested_instants(at_s: Sequence[float], last_ns: int, trial: int) -> Instants:
@@ -92,8 +92,8 @@ class Drawn:
     Attributes
     ----------
     pictures: files, in the order in which they were drawn.
-    instants_s: that are drawn. chosen: why these.
-    notes: what could not be drawn, and why. trial: that is drawn.
+    instants_s: instants in the pictures. chosen: reason for these instants.
+    notes: what could not be drawn, and why. trial: number of the trial in the pictures.
     """
 
     pictures: list[Path] = field(default_factory=list)
@@ -180,7 +180,7 @@ def title_of(recording: Recording, cast: Cast, trial: int) -> str:
 
 
 def _recorded(recording: Recording, cast: Cast, trial: int) -> tuple[int, int]:
-    """First and last instant of what is drawn."""
+    """First and last recorded instant of hand and electrodes."""
     nodes = [player.name for player in (cast.hand, cast.electrodes) if player is not None]
     spans = [found for name in recording.signals if name.partition(".")[0] in nodes
              if (found := span_ns(recording, name, trial)) is not None]

@@ -1,4 +1,4 @@
-"""Picture of the hand: a strip of recorded postures, with the tracker's estimate laid over them."""
+"""Picture of the hand: a strip of recorded postures, overlaid with the tracker's estimate."""
 
 from __future__ import annotations
 

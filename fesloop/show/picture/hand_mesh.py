@@ -40,7 +40,7 @@ class Mesh:
 
 
 def surface_net(distances: Distances, low: Array, high: Array, cell_m: float) -> Mesh:
-    """Mesh of the surface between the corners `low` and `high` (3,), m; it must lie a cell or more inside."""
+    """Mesh of the surface between the corners `low` and `high` (3,), m, inside by a cell or more."""
     counts = np.ceil((high - low) / cell_m).astype(int) + 1
     grid = np.stack(np.meshgrid(*(np.arange(count) for count in counts), indexing="ij"), axis=-1)
     values = distances((low + cell_m * grid).reshape(-1, 3)).reshape(counts)
@@ -160,7 +160,7 @@ def segment_flesh(own: Flesh, segment: int, size: HandSize) -> Flesh:
 
 
 def _cut(bars: Array, length_m: float) -> Array:
-    """Parts of bars along y that lie within a length of the origin, with unchanged taper."""
+    """Parts of bars along y within a length of the origin, with unchanged taper."""
     near, far = np.abs(bars[:, 1]), np.abs(bars[:, 4])
     share = np.clip((length_m - near) / (far - near), 0.0, 1.0)[:, np.newaxis]
     cut = bars.copy()

@@ -66,7 +66,7 @@ def true_posture(recording: Signals, hand: Player, trial: int, at_ns: Instants) 
         return Posture(size, placed(tree, orientation, wrist))
     if angles is None:
         return None
-    # A forearm of which nothing is recorded is drawn where it was at the start, the wrist at the origin.
+    # A forearm that was not recorded is drawn as at the start, with the wrist at the origin.
     return posture_of_angles(size, angles, getattr(hand.part, "forearm_orientation", ()))
 
 
@@ -81,8 +81,8 @@ def estimated_posture(
 ) -> tuple[Posture, str] | None:
     """Posture of a tracker aligned with the true one at a segment, and that segment; None if it has none yet.
 
-    A tracker has no place, and without a magnetometer no heading: its hand is laid onto the true forearm, or
-    where it does not see the wrist onto the true palm.
+    A tracker has no place, and without a magnetometer no heading: its hand is aligned with the true forearm,
+    or with the true palm where the tracker does not estimate the wrist.
     """
     angles = values_at(recording, f"{tracker.name}.angles", trial, at_ns)
     size = tracker.hand_size
@@ -101,7 +101,7 @@ def _wrist_unseen(deviation: Any) -> bool:
 
 
 def _laid_onto(own: Poses, target: Poses, segment: int) -> Poses:
-    """Poses (t, 17) moved as a whole such that one segment has the target's pose."""
+    """Poses (t, 17) moved as a whole so that one segment has the target's pose."""
     back = quaternion.conjugate(own.orientation[:, segment])
     turn = quaternion.multiply(target.orientation[:, segment], back)[:, np.newaxis]
     place = quaternion.rotate(turn, own.position - own.position[:, segment:segment + 1])

@@ -139,7 +139,7 @@ class Solid:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """Mesh to be drawn: vertices (v, 3), m, unit normals (v, 3), faces (f, 3), colours and opacity (v, 4)."""
+    """Mesh to draw: vertices (v, 3), m, unit normals (v, 3), faces (f, 3), colours and opacity (v, 4)."""
 
     vertices: Array
     normals: Array
@@ -341,7 +341,7 @@ def _filled(frame: Frame, seen: Array, faces: Numbers, colours: Array) -> Array:
 
 
 def over(picture: Array, ghost: Array) -> Array:
-    """Picture with a second one laid over it."""
+    """Overlay a picture with a second one."""
     cover = ghost[..., 3:]
     whole = cover + picture[..., 3:] * (1.0 - cover)
     mixed = cover * ghost[..., :3] + picture[..., 3:] * picture[..., :3] * (1.0 - cover)

@@ -23,10 +23,10 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 def solids_of(
     recording: Signals, hand: Player, trial: int, at_ns: Instants
 ) -> tuple[list[list[Solid]], list[str]]:
-    """Object and table, from the wrist's centre, at each instant; and what cannot be drawn of them.
+    """Object and table, from the wrist's centre, at each instant; and notes on what cannot be drawn of them.
 
-    Of a hand plant with the parameters `object` (shape, size_mm) and `table` (height_m, centre_m, half_m,
-    and `drop(time_ns)`, how far it has sunk, m), each of which may be absent.
+    Both come from a hand plant with the parameters `object` (shape, size_mm) and `table` (height_m, centre_m,
+    half_m, and `drop(time_ns)`, how far it has sunk, m), each of which may be absent.
     """
     things, notes = _objects(recording, hand, trial, at_ns)
     tops = _tables(getattr(hand.part, "table", None), at_ns)

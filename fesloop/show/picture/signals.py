@@ -14,7 +14,7 @@ from fesloop.loop.clock import NS_PER_S
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
 _POINTS = 2000
-"""A curve of a picture is drawn with no more spans than this: finer than its pixels."""
+"""Most spans of a curve in a picture: finer than its pixels."""
 _ROWS_A_READ = 65536
 _NEAR, _ROWS_OF_FEW = 256, 8192
 """Rows this near are read with those between them, and so many at most (measured: a read takes .2 to 1 ms,
@@ -41,14 +41,14 @@ def values_at(recording: Signals, name: str, trial: int, at_ns: Instants) -> Arr
     if not times.size:
         return None
     rows = np.clip(np.searchsorted(times, at_ns, side="right") - 1, 0, None)
-    wanted, places = np.unique(rows, return_inverse=True)
-    ends = np.flatnonzero(np.append(np.diff(wanted) > _NEAR, True)) + 1
+    distinct, places = np.unique(rows, return_inverse=True)
+    ends = np.flatnonzero(np.append(np.diff(distinct) > _NEAR, True)) + 1
     return np.concatenate([piece for first, stop in zip([0, *ends], ends, strict=False)
-                           for piece in _picked(column, wanted[first:stop])])[places]
+                           for piece in _picked(column, distinct[first:stop])])[places]
 
 
 def _picked(column: Any, rows: Instants) -> Iterator[Array]:
-    """Values of ascending rows that lie near to each other, read a span at a time."""
+    """Values of ascending rows near each other, read a span at a time."""
     while rows.size:
         within = int(np.searchsorted(rows, rows[0] + _ROWS_OF_FEW))
         span = column[int(rows[0]):int(rows[within - 1]) + 1]

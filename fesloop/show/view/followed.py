@@ -54,7 +54,7 @@ class GrowingRecording:
     Parameters
     ----------
     path: of the recording.
-    nodes: blocks and plants whose outputs are wanted.
+    nodes: blocks and plants whose outputs are read.
 
     Raises InputError where the file cannot be opened so, here and where it is read.
     """
@@ -87,9 +87,9 @@ class GrowingRecording:
         return rows["time_ns"][first:stop], rows[port][first:stop]
 
     def newest(self, names: Sequence[str]) -> tuple[int, int] | None:
-        """Trial and instant, ns, up to which these signals are known, as far as they are known in that trial.
+        """Trial and instant, ns, up to which these signals are recorded, as far as they are in that trial.
 
-        The trial is the first signal's, which tells where the hand is; None while nothing of it is known.
+        The trial is that of the first signal, the position of the hand; None before the first of its rows.
         """
         ends = [(int(rows[-1]["trial"]), int(rows[-1]["time_ns"])) if len(rows) else (-1, 0)
                 for rows in (self._streams[name.partition(".")[0]].rows for name in names)]
@@ -98,22 +98,22 @@ class GrowingRecording:
 
     @property
     def status(self) -> str:
-        """running, done, failed, interrupted."""
+        """Status: running, done, failed or interrupted."""
         with undamaged(self._path):
             self._status.refresh()
             return bytes(self._status[()]).decode(errors="replace")
 
     def origin_ns(self, trial: int) -> int | None:
-        """When t = 0 of a trial was, by the monotonic clock; None of a run that is not in step with it."""
+        """Instant of t = 0 of a trial on the monotonic clock; None for a run that is not in step with it."""
         if self._origins is None:
             return None
         with undamaged(self._path):
             self._origins.refresh()
-            told = {int(row["trial"]): int(row["monotonic_ns"]) for row in self._origins[()]}
-        return told.get(trial)
+            origins = {int(row["trial"]): int(row["monotonic_ns"]) for row in self._origins[()]}
+        return origins.get(trial)
 
     def close(self) -> None:
-        """Let the file go."""
+        """Close the file."""
         self._file.close()
 
 
@@ -121,7 +121,7 @@ Instant = tuple[int, int]
 """Trial, and time in it, ns."""
 _LAG_NS = 900 * NS_PER_MS
 """Delay behind the file at the start (chosen: a run writes every .4 to .8 s; nothing has to
-stand still until more comes)."""
+stop until more comes)."""
 _FARTHEST_NS = 5 * NS_PER_S // 2
 """Farther behind it leaps ahead (chosen): a run that is not in step with the wall clock may be faster."""
 
@@ -163,8 +163,8 @@ _SILENT_NS = 2 * NS_PER_S
 """Without new rows for so long something is wrong: a run writes every .4 to .8 s."""
 _LATE_NS = 2 * NS_PER_S
 """Delay beyond which a run that has just written is late: writing alone takes less."""
-_LOOKED_AT = 20
-"""Frames of what is there at first, by which the page places its camera."""
+_CAMERA_FRAMES = 20
+"""Number of frames, of the first rows, that the page uses to place its camera."""
 _PER_S = round(1.0 / FRAME_S)
 RUNNING = "running"
 
@@ -195,7 +195,7 @@ class FollowedRecording:
         try:
             trial, newest_ns = _first_rows(self._rows, hand, path)
             times, _ = self._rows.column(hand.sources[0], trial)
-            at_ns = np.linspace(times[0], newest_ns, _LOOKED_AT).astype(np.int64)
+            at_ns = np.linspace(times[0], newest_ns, _CAMERA_FRAMES).astype(np.int64)
             figure = figure_of(self._rows, hand, {trial: at_ns}, NS_PER_S)
             if figure is None:
                 raise InputError(str(path), NO_HAND, WITH_HAND)
@@ -208,7 +208,7 @@ class FollowedRecording:
         self._last = self._frame("", 0)
 
     def play(self, start: Start) -> Play:
-        """From now on; where somebody wants to start does not matter."""
+        """Begin to show the newest frames; `start` is ignored."""
         before: Shown | None = None
 
         def at(elapsed_s: float) -> Shown | None:
@@ -270,7 +270,7 @@ class FollowedRecording:
         return Shown(trial=trial, time_s=time_s, note=note, hands=hands, objects=objects)
 
     def close(self) -> None:
-        """Let the file go."""
+        """Close the file."""
         self._rows.close()
 
 
@@ -285,7 +285,7 @@ def _instant_ns(number: int) -> int:
 
 
 def _first_rows(rows: GrowingRecording, hand: RecordedHand, path: Path) -> tuple[int, int]:
-    """Up to where the recording is known, once it is anywhere."""
+    """Wait for the first rows; return the trial and the instant up to which the recording is known."""
     until = time.monotonic() + _FIRST_ROWS_S
     while time.monotonic() < until:
         newest = rows.newest(hand.sources)

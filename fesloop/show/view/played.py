@@ -40,8 +40,8 @@ def poses_at(signals: Signals, hand: RecordedHand, trial: int, at_ns: list[int],
 
 NO_HAND = "holds no hand"
 WITH_HAND = "a recording of a hand, of a tracker with its 23 angles, or of a finger whose three are scored"
-_LOOKED_AT = 20
-"""Frames of a trial by which the page places its camera."""
+_CAMERA_FRAMES = 20
+"""Number of frames of a trial that the page uses to place its camera."""
 _FASTEST = 100.0
 
 
@@ -64,7 +64,7 @@ class PlayedRecording:
         spans_ns = {} if hand is None else recorded_spans(self._recording, hand)
         if hand is None or not spans_ns:
             raise InputError(str(path), NO_HAND, WITH_HAND)
-        step_ns = max(1, max(last - first for first, last in spans_ns.values()) // _LOOKED_AT)
+        step_ns = max(1, max(last - first for first, last in spans_ns.values()) // _CAMERA_FRAMES)
         figure = figure_of(self._recording, hand, {
             trial: np.arange(first, last + 1, step_ns) for trial, (first, last) in spans_ns.items()}, step_ns)
         if figure is None:
@@ -76,7 +76,7 @@ class PlayedRecording:
             for trial, (first, last) in spans_ns.items()}
 
     def play(self, start: Start) -> Play:
-        """From an instant on, until the trial ends. Raises InputError for a start that there is not."""
+        """Play from an instant to the end of its trial. Raises InputError for a start that does not exist."""
         span = self.spans.get(start.trial)
         if span is None:
             raise InputError("trial", f"{start.trial}", ", ".join(map(str, self.spans)))

@@ -137,7 +137,7 @@ def _of_orientations(size: HandSize, numbers: dict[str, list[int]]) -> _PosesOf:
 
 
 def _root(sample: Array, numbers: dict[str, list[int]]) -> Array:
-    """A forearm that is not told of turns with the first segment that is."""
+    """Orientation of a forearm that the stream lacks: that of the first segment in the stream."""
     return np.asarray(sample[next(iter(numbers.values()))])
 
 
@@ -198,7 +198,7 @@ class PostureStream:
             self._over.wait(_WAIT_S)
 
     def play(self, start: Start) -> Play:
-        """From now on; where somebody wants to start does not matter."""
+        """Begin to show the newest samples; `start` is ignored."""
         before: Pulled | None = None
         noted = ""
 
@@ -241,7 +241,7 @@ def _age(pulled: Pulled | None) -> str:
 
 
 def _figure(size: HandSize, name: str, *, turns: bool) -> Figure3d:
-    """The straight hand, about which the camera stands; in all directions where it turns."""
+    """Figure of the straight hand, by which the camera is placed; in four headings where the hand `turns`."""
     headings = np.deg2rad([0.0, 90.0, 180.0, 270.0] if turns else [0.0])
     straight = posture_of_angles(size, np.zeros((len(headings), 23)))
     about_up = quaternion.about_z(headings)[:, np.newaxis]

@@ -204,10 +204,10 @@ def start_of(query: str) -> Start:
 
     Raises InputError for what is no number, or not finite.
     """
-    asked = {key: values[-1] for key, values in parse_qs(query).items()}
+    fields = {key: values[-1] for key, values in parse_qs(query).items()}
     try:
-        return Start(trial=int(asked.get("trial", "0")), at_s=_finite(asked.get("at", "0")),
-                     speed=_finite(asked.get("speed", "1")))
+        return Start(trial=int(fields.get("trial", "0")), at_s=_finite(fields.get("at", "0")),
+                     speed=_finite(fields.get("speed", "1")))
     except ValueError:
         raise InputError("frames", f"{query[:100]!r}", "trial, at and speed, each a number") from None
 

@@ -85,14 +85,14 @@ class Source(Protocol):
 
     @property
     def figure(self) -> Figure3d:
-        """Shapes and objects, with frames enough to know about where hands will be."""
+        """Shapes and objects, with enough frames to find about where hands will be."""
 
     @property
     def spans(self) -> Mapping[int, Span]:
-        """Trials that can be chosen, and how long they are; none of what is live."""
+        """Trials that can be chosen, with their lengths; none for a live source."""
 
     def play(self, start: Start) -> Play:
-        """Begin to show. Raises InputError for a start that there is not."""
+        """Begin to show. Raises InputError for a start that does not exist."""
 
     def close(self) -> None:
-        """Let go."""
+        """Release what the source holds open."""
