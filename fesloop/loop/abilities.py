@@ -201,7 +201,7 @@ class WarnsInPlace(Protocol):
 
 
 class Delays(Protocol):
-    """A block in which inputs wait before outputs follow."""
+    """A block whose inputs wait before its outputs follow."""
 
     def passages(self, context: Context) -> Sequence[Passage]:
         """The waits, for the latency budget."""
@@ -211,7 +211,7 @@ class LimitsAge(Protocol):
     """A block that ignores inputs beyond an age."""
 
     def age_limits(self) -> Sequence[AgeLimit]:
-        """The limits, by which `fesloop check` finds inputs that are always too old."""
+        """The limits; `fesloop check` uses them to find inputs that are always too old."""
 
 
 class Attaches(Protocol):
@@ -285,7 +285,7 @@ class Interlocks(Protocol):
 
 
 class NeedsStillness(Protocol):
-    """A tracker that begins with an initial pose, in which the wearer keeps still."""
+    """A tracker that begins with an initial pose, during which the wearer keeps still."""
 
     @property
     def needs_stillness(self) -> str:
@@ -305,10 +305,10 @@ class Observes(Protocol):
 
     def observe(self, state: Any, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
                 ) -> tuple[Any, ...]:
-        """Outputs at `times_ns` (all >= `start_ns`) under held inputs, each stacked along a first axis.
+        """Outputs at `times_ns` (all >= `start_ns`) under constant inputs, each stacked along a first axis.
 
-        To the last bit what advancing a copy to each of these instants would give, whichever others are
-        listed; the state stays as it is.
+        They equal to the last bit what a copy gives that is advanced to each of these instants, whichever
+        others are listed; the state does not change.
         """
 
 

@@ -1,4 +1,4 @@
-"""From a wiring to what is in operation: a link for each wire, a station for each plant and block."""
+"""Assembly of a wiring for a run: a link for each wire, a station for each plant and block."""
 
 from __future__ import annotations
 
@@ -198,12 +198,12 @@ class BlockStation:
         self.tick.reports.clear()
 
     def save(self) -> Any:
-        """All that changes, for a snapshot."""
+        """Return everything that changes, for a snapshot."""
         return self.index, self.busy_until, self._executed, self.sent, self.state, list(self.held), \
             self._outputs.save()
 
     def restore(self, saved: Any) -> None:
-        """Back to what `save` gave."""
+        """Restore what `save` returned."""
         self.index, self.busy_until, self._executed, self.sent, self.state, held, outputs = saved
         self._outputs.restore(outputs)
         self.held[:] = held
@@ -222,7 +222,7 @@ def sampled_in_order(wiring: Wiring) -> frozenset[str]:
 
 
 def publishers(wiring: Wiring, samplers: Sequence[Sampler]) -> dict[str, Publisher]:
-    """By plant that needs no events, its publisher, which is that of all plants that exchange with it."""
+    """Publishers, by plant that needs no events; plants that exchange share one."""
     ordered = sampled_in_order(wiring)
     made: dict[int, Publisher] = {}
     found = {}
@@ -259,7 +259,7 @@ class Assembly:
     Attributes
     ----------
     links: of the wiring's connections, in their order.
-    plants, blocks: stations; plants by name, blocks in the order in which they step.
+    plants, blocks: stations; plants by name, blocks in the order of their steps.
     samplers: of plant outputs, in the wiring's order.
     publishers: by plant that is sampled when its outputs are read.
     """

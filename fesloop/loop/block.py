@@ -47,8 +47,8 @@ class Tick:
     index: number of this tick.
     time_ns: its instant.
     captured_ns: set by a block whose values were captured elsewhere, such as a live stream's: the instant
-        (from 0 to `time_ns`) that its outputs of this tick carry as their oldest and newest capture. One that
-        lies beyond is reported (`impossible_capture`) and moved there. NEVER otherwise.
+        (from 0 to `time_ns`) that its outputs of this tick carry as their oldest and newest capture. An
+        instant beyond is reported (`impossible_capture`) and clipped. NEVER otherwise.
     """
 
     __slots__ = ("captured_ns", "index", "reports", "time_ns")
@@ -69,11 +69,11 @@ class Block(Protocol):
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """Input ports, in the order in which `step` reads them."""
+        """Input ports, in the order of the inputs of `step`."""
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Output ports, in the order in which `step` returns them."""
+        """Output ports, in the order of the outputs of `step`."""
 
     def init(self, context: Context) -> Any:
         """A new state."""
@@ -109,7 +109,7 @@ class Plant(Protocol):
         """A new state, at t = 0."""
 
     def advance(self, state: Any, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
-        """Go from `start_ns` to `stop_ns` under inputs held from `start_ns` on."""
+        """Advance from `start_ns` to `stop_ns` under inputs that are constant from `start_ns` on."""
 
     def read(self, state: Any, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """Outputs now, fresh values each call; `inputs` matter only where `feedthrough` is true."""

@@ -2,9 +2,9 @@
 
 A block that ignores old inputs, such as a safety block, declares an `AgeLimit` for each (`LimitsAge`). Where
 the wires of a loop make an input older than that at every tick, the block does nothing all through a run.
-Stamps depend on clocks, wires and execution times, never on values, so the loop is run with stand-ins that
-compute nothing: their inputs are as old as in the run itself. Only capture times that a block sets
-(`Tick.captured_ns`) are left out, which makes nothing younger.
+Stamps depend on clocks, wires and execution times, never on values, so the loop is run with substitutes of
+the blocks that compute nothing: their inputs are as old as in the run itself. Only capture times that a block
+sets (`Tick.captured_ns`) are left out, which makes no input younger.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SHARE = 0.01
 _HORIZON_NS = 10 * NS_PER_S
 """Horizon of the search (chosen: a wire takes some seconds at the most)."""
 _MOST_TICKS = 200_000
-"""Greatest number of ticks of all stand-ins together (chosen: about a second of wall time)."""
+"""Greatest number of ticks of all substitutes together (chosen: about a second of wall time)."""
 
 
 def always_too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
@@ -41,10 +41,10 @@ def too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
 
     Ticks before `limit_ms` has passed do not count: nothing is old then.
     """
-    heard = {(c.target.name, c.target.part.inputs[c.target_port].name): c for c in wiring.connections}
-    watched = [(node, limit, heard[node.name, limit.port]) for node in wiring.nodes
+    connections = {(c.target.name, c.target.part.inputs[c.target_port].name): c for c in wiring.connections}
+    watched = [(node, limit, connections[node.name, limit.port]) for node in wiring.nodes
                if offers(node.part, LimitsAge)
-               for limit in node.part.age_limits() if (node.name, limit.port) in heard]
+               for limit in node.part.age_limits() if (node.name, limit.port) in connections]
     if not watched:
         return []
     kept = _upstream(wiring, [node for node, *_ in watched])
@@ -102,7 +102,7 @@ class _Look:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Block:
-    """Stand-in of a block: steps at its ticks, computes nothing, and notes ages."""
+    """Substitute of a block: steps at its ticks, computes nothing, and notes ages."""
 
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
@@ -126,7 +126,7 @@ class _Block:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Plant:
-    """Stand-in of a plant, without inputs: captures are new, whatever reached the plant."""
+    """Substitute of a plant, without inputs: captures are new, whatever reached the plant."""
 
     outputs: tuple[Port, ...]
     grid: RateClock | None

@@ -193,7 +193,7 @@ class Transit:
         return best
 
     def held_span(self, first: int, last: int) -> tuple[int, int] | None:
-        """From when to before when the port holds one of the messages; None if it never does."""
+        """Start and end of the span in which the port holds one of the messages; None if it never does."""
         messages = first, last
         if messages not in self._spans:
             arrival = self.first_arrival(first, last)
@@ -321,14 +321,14 @@ class BlockOnWay:
         if not self._waits:
             return read
         tick = self.reader.clock.tick
-        begins = self._in_force_ns(tick(read[0]), self._transit.held_at(tick(read[0]), *run)[0])
+        begins = self._takes_effect_ns(tick(read[0]), self._transit.held_at(tick(read[0]), *run)[0])
         ends, after = FOREVER, self.reader.first_step(span[1])
         if after is not None:
-            ends = self._in_force_ns(tick(after), self._transit.newest_at(tick(after), run[1] + 1)[0])
+            ends = self._takes_effect_ns(tick(after), self._transit.newest_at(tick(after), run[1] + 1)[0])
         return self.reader.steps_within(begins, ends)
 
-    def _in_force_ns(self, read_ns: int, arrived_ns: int) -> int:
-        """Instant from which a message that arrived and was then read takes effect."""
+    def _takes_effect_ns(self, read_ns: int, arrived_ns: int) -> int:
+        """Instant at which a message takes effect that arrived and was then read."""
         way = self._passage
         return read_ns + way.delay_ns if way.since == "read" else arrived_ns + way.delay_ns
 
@@ -351,7 +351,7 @@ class BlockOnWay:
         for step in range(number, -1, -1):
             if self.reader.left_ns(step) is not None:
                 held = self._transit.held_at(tick(step), *run)
-                if self._in_force_ns(tick(step), held[0]) <= tick(number):
+                if self._takes_effect_ns(tick(step), held[0]) <= tick(number):
                     return tick(step), held
         raise AssertionError("a step follows what it or one before it has read")
 
@@ -395,7 +395,7 @@ class TickLatency:
 
     @property
     def total_ns(self) -> int:
-        """From capture to effect."""
+        """Time from capture to effect."""
         return self.acts_ns - self.captured_ns
 
 
@@ -416,10 +416,10 @@ class PathLatency:
     ----------
     connections: along the path.
     stages: names of what takes time, in order; `TickLatency.stages_ns` and `summary` follow it.
-    lanes: names of what a block on the way serves in turn, such as a stimulator's channels, each of which a
-        sample reaches at a time of its own; one without a name where there is no such block.
-    later: which block acts on a sample only later, and when, in words; empty where none does. The stages of
-        such a path are those of its blocks and wires alone.
+    lanes: names of what a block on the way serves in turn, such as a stimulator's channels, where a sample
+        reaches each at another time; one lane without a name where there is no such block.
+    later: text that names a block that acts on a sample only later, and when; empty where none does. The
+        stages of such a path are those of its blocks and wires alone.
     drawn: True where jitter, losses or execution times on the path vary.
     covered_ns: the summaries are of all samples captured before this instant: the horizon, or earlier where
         that would take too long.
@@ -494,7 +494,7 @@ class PathLatency:
         """Latency of sample `index` by a lane; None if it is lost or overwritten before it acts.
 
         A block that steps again before the next sample reaches it sends the same sample again, so from the
-        second wire on a sample travels in a run of messages, of which the first to get through counts.
+        second wire on a sample travels in a run of messages, and the first of them that arrives counts.
         """
         carried = self._carried(index, lane)
         return None if carried is None else self._traced_back(index, lane, carried)
@@ -549,7 +549,7 @@ class PathLatency:
         return grid.tick(grid.last_at_or_before(sent)) if grid else sent
 
     def ticks(self, lane: int | None = None) -> Iterator[TickLatency]:
-        """Every sample before the horizon (20,000 at most) that acts, by one lane or by each."""
+        """Yield every sample before the horizon (20,000 at most) that acts, by one lane or by each."""
         lanes = range(len(self.lanes)) if lane is None else (lane,)
         found = (self.of_tick(index, each) for index in range(min(self._samples, _MOST_TICKS))
                  for each in lanes)
@@ -566,8 +566,8 @@ class PathLatency:
 
         Least, mean and greatest are over samples and lanes alike, unless one lane is named.
         """
-        looked_at = self._tallies if lane is None else self._tallies[lane:lane + 1]
-        tallies = [tally for tally in looked_at if tally.samples]
+        of_lanes = self._tallies if lane is None else self._tallies[lane:lane + 1]
+        tallies = [tally for tally in of_lanes if tally.samples]
         if not tallies:
             return ()
         count = sum(tally.samples for tally in tallies)
@@ -578,7 +578,7 @@ class PathLatency:
             for i, name in enumerate((*self.stages, "total")))
 
     def by_lane(self) -> tuple[StageSummary, ...]:
-        """The total of each lane by which a sample acts, under the lane's name; empty for a single lane."""
+        """Total of each lane on which a sample acts, under the lane's name; empty for a single lane."""
         if len(self.lanes) == 1:
             return ()
         return tuple(replace(summary[-1], name=name) for lane, name in enumerate(self.lanes)

@@ -3,11 +3,11 @@
 Memory is locked (`mlockall(2)`), so that no page of the run is swapped out; pages are locked as they come
 into use, not before. Where the limit on locked memory (RLIMIT_MEMLOCK) is not lifted, what comes later is
 left out: the allocations of a run would fail at the limit. The scheduling class is SCHED_FIFO (`sched(7)`)
-only if a priority is asked for: such a thread that never rests keeps everything else of its core waiting. It
-is asked for the run's own thread and for Python's threads that its blocks have started in `init`, such as the
-ones that read a live stream: one in the common class that is put off while it holds Python's lock keeps the
-run waiting, whatever priority that has. What is native, such as the threads of liblsl, holds no such lock and
-stays in the common class. Processes and threads that are started later do not inherit it.
+only if a priority is requested: such a thread that never rests keeps everything else of its core waiting. It
+is requested for the run's own thread and for Python threads that its blocks have started in `init`, such as
+readers of live streams: one in the common class that is preempted while it holds the global interpreter lock
+keeps the run waiting, whatever the run's priority. Native threads, such as those of liblsl, never hold that
+lock and stay in the common class. Processes and threads that are started later do not inherit it.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ class Granted:
 
 @contextmanager
 def realtime_privileges(lock_memory: bool, priority: int, beside: Collection[int] = ()) -> Iterator[Granted]:
-    """Ask for locked memory and for SCHED_FIFO of a priority (0: do not); take all of it back at the end.
+    """Request locked memory and SCHED_FIFO of a priority (0: none); release all of it at the end.
 
-    The priority is that of the calling thread and of those `beside` it (see `threads_now`).
+    The priority holds for the calling thread and for those `beside` it (see `threads_now`).
     """
     before = _scheduling_of([0, *beside]) if priority else {}
     scheduling = _raise_priority(priority, before) if priority else _COMMON
@@ -157,8 +157,8 @@ def _told_of_self(key: str) -> str:
 
 _OFTEN_NS = NS_PER_S
 _AT_LAST_NS = 30 * NS_PER_S
-"""How often to collect where there is leisure, and where there is none (chosen): what waits meanwhile is
-the cycles alone, as all else is freed at once, and the loop makes none."""
+"""Interval between collections where there is leisure, and where there is none (chosen): only cycles wait
+for them, as all else is freed at once, and the loop makes no cycles."""
 _AT_FIRST_NS = 2 * NS_PER_MS
 """Expected time of a collection before one has been timed."""
 

@@ -104,7 +104,7 @@ class Connection:
     source, target: the nodes.
     source_port, target_port: numbers of the ports.
     clock: when a plant's output is sampled into it; None where the source is a block.
-    heard: False where the target is a plant that ignores the input, which is then not sampled for.
+    heard: False where the target is a plant that ignores the input; the source is then not sampled for it.
     """
 
     wire: Wire

@@ -42,7 +42,7 @@ def samplings(connections: Sequence[Connection]) -> list[Sampling]:
 
 
 def _acting(connections: Sequence[Connection]) -> set[int]:
-    """Ids of plants and of blocks from which a way leads to a plant."""
+    """Ids of plants, and of blocks with a path to a plant."""
     acting = {id(c.target) for c in connections if c.target.is_plant}
     before = -1
     while len(acting) > before:
@@ -52,20 +52,20 @@ def _acting(connections: Sequence[Connection]) -> set[int]:
 
 
 def upstream_first(plants: set[str], connections: Sequence[Connection]) -> list[set[str]]:
-    """Names of plants that exchange, in stages: none has input from a later one; a ring is one stage."""
-    heard = [(c.source.name, c.target.name) for c in connections
+    """Names of plants that exchange, in stages: no stage has input from a later one; a ring is one stage."""
+    exchanges = [(c.source.name, c.target.name) for c in connections
              if c.heard and c.source.name in plants and c.target.name in plants]
     stages: list[set[str]] = []
     left = set(plants)
     while left:
-        first = left - {target for source, target in heard if source in left}
+        first = left - {target for source, target in exchanges if source in left}
         stages += [{name} for name in sorted(first)] or [left]
         left = left - first if first else set()
     return stages
 
 
 def firing_order(nodes: Sequence[Node], connections: Sequence[Connection]) -> tuple[Sampling | Node, ...]:
-    """Samplings and block steps in the order in which those due at one instant run.
+    """Samplings and block steps, in the order of execution where several are due at one instant.
 
     A wire orders its ends if both its least transport time and its source's least execution time are zero.
     A plant is ordered only where an output follows its input at once. Raises InputError for a loop of
@@ -119,7 +119,7 @@ def _edges(
 
 
 def _cycle(stuck: set[int], followers: list[list[int]]) -> list[int]:
-    """One cycle among items of which none can run first."""
+    """One cycle among items that all wait for each other."""
     alive = set(stuck)
     while True:
         dead = {i for i in alive if not alive.intersection(followers[i])}

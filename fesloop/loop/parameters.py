@@ -66,8 +66,8 @@ def _function(value: MethodType | FunctionType | CodeType | partial[Any],
               within: tuple[int, ...]) -> Iterator[str]:
     """Lines of a function: its name, its code, and the values bound to it.
 
-    Two functions that one place in a file has made have one name, such as a factory's or two lambdas. Where
-    the file lies and on which line makes no difference, nor do globals, which belong to the module.
+    Two functions from one place in a file have one name, such as those of a factory or two lambdas. The path
+    of the file and the line make no difference, nor do globals, which belong to the module.
     """
     if isinstance(value, MethodType):
         parts: tuple[Any, ...] = (value.__func__, value.__self__)

@@ -88,7 +88,7 @@ class PlantInputs:
             self._rows.append((acts_ns, port, sample.oldest_ns, sample.newest_ns, sample.value))
 
     def save(self) -> Any:
-        """All that changes, for a snapshot."""
+        """Return everything that changes, for a snapshot."""
         return list(self.values), list(self._held)
 
     def restore(self, saved: Any) -> None:
@@ -119,7 +119,7 @@ class PlantRecord:
             self.resume(-1)
 
     def resume(self, recorded_to_ns: int) -> None:
-        """Go on after an instant."""
+        """Continue after an instant."""
         if self._clock is not None:
             self._next_instant = ticks_from(self._clock, self._clock.first_at_or_after(recorded_to_ns + 1))
             self.next = self._next_instant()
@@ -284,7 +284,7 @@ class ExactStation:
         self.hand_over()
 
     def finish(self, time_ns: int) -> None:
-        """Go to the end of a trial, from which the next one carries over."""
+        """Advance to the end of a trial, whose state the next trial takes over."""
         if time_ns > self.now:
             self._go(time_ns)
 
@@ -318,7 +318,7 @@ class ExactStation:
         return tuple(np.array(column) for column in zip(*seen, strict=True))
 
     def save(self) -> Any:
-        """All that changes, for a snapshot."""
+        """Return everything that changes, for a snapshot."""
         return self.state, self.now, self._inputs.save()
 
     def restore(self, saved: Any, recorded_to_ns: int) -> None:
@@ -424,7 +424,7 @@ class GridStation:
         """Rest where `settle` has gone, as far as the grid allows."""
 
     def save(self) -> Any:
-        """All that changes, for a snapshot."""
+        """Return everything that changes, for a snapshot."""
         return self.state, self.now, self._inputs.save()
 
     def restore(self, saved: Any, recorded_to_ns: int) -> None:
@@ -529,7 +529,7 @@ class Sampler:
         return self.due
 
     def save(self) -> int:
-        """All that changes, for a snapshot."""
+        """Return everything that changes, for a snapshot."""
         return self.index
 
     def restore(self, saved: int) -> None:

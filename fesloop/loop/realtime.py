@@ -34,14 +34,14 @@ class Pacing:
 
     Attributes
     ----------
-    late: treatment of late ticks. "catch-up" runs every one as soon as it can; "skip" omits those that lie a
-        whole period of their block or more in the past; "stop" ends the run as failed at the first missed
+    late: treatment of late ticks. "catch-up" runs every one as soon as it can; "skip" omits ticks that are
+        late by a whole period of their block or more; "stop" ends the run as failed at the first missed
         deadline.
     lock_memory: request that no memory of the process is swapped out.
-    priority: of the scheduling class SCHED_FIFO, 1 to 98; 0 requests none. It is that of the loop and of
-        Python's threads that its blocks have started in `init`. Above everything else on its core, a run that
-        is always late leaves little of it to others. With a device, below what the user may have at most
-        (`ulimit -r`): the device's keeper takes that.
+    priority: of the scheduling class SCHED_FIFO, 1 to 98; 0 requests none. It holds for the loop and for
+        Python threads that its blocks have started in `init`. Above everything else on its core, a run that
+        is always late leaves little of the core to others. With a device, it must be below the greatest that
+        the user may have (`ulimit -r`), which the device's keeper takes.
     """
 
     late: str = "catch-up"
@@ -102,7 +102,7 @@ KEPT, LATE, SKIPPED, STOPPED = "kept", "run late", "skipped", "stopped"
 WallRow = tuple[int, int, int, str]
 """(instant, lateness at the start of its work, duration of the work, action); times in ns."""
 _NAP_NS = NS_PER_S // 20
-"""No sleep is longer (chosen): an interrupt is heard, and the recording written, between two of them."""
+"""Longest sleep (chosen): interrupts are handled, and the recording is written, between two sleeps."""
 
 
 class Pacer:
@@ -197,11 +197,11 @@ class Pacer:
                 found.append((max(arrived, self._loop.now + 1), clock))
         return found
 
-    def _run(self, due: int, heard: list[RateClock], stop_ns: int) -> None:
+    def _run(self, due: int, arrivals: list[RateClock], stop_ns: int) -> None:
         """Run everything due at or before `due`, when these clocks of arrivals tick; note the lateness."""
         began = self.now_ns()
         known = len(self._loop.recorder.events) if self._loop.recorder is not None else 0
-        for clock in heard:
+        for clock in arrivals:
             self._let_arrive(clock, due, began)
         if self._pacing.late == "skip" and began - due >= self.period_ns:
             self._skipped |= self._loop.skip_until(min(began, stop_ns - 1), self._clocks)

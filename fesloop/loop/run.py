@@ -163,14 +163,14 @@ class Loop:
     def events(self) -> tuple[EventRow, ...]:
         """(time in ns, node, status, detail) of each report.
 
-        With a recorder all that are in it, without one those of the last `run_until`.
+        With a recorder, all reports in it; without one, those of the last `run_until`.
         """
         return tuple(self._events)
 
     def arrive(self, clock: RateClock, time_ns: int, skipping: Collection[str] = ()) -> None:
         """Let every block on a clock of arrivals tick at `time_ns`, as its live stream has a message.
 
-        That lies ahead of `now`, and nothing happens before `run_until` gets there. Blocks named in
+        The instant is later than `now`, and nothing happens before `run_until` reaches it. Blocks named in
         `skipping` skip the tick, which is recorded. Raises ValueError for an instant that has been run.
         """
         if time_ns <= self.now:

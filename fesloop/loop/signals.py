@@ -89,8 +89,8 @@ class Port:
     optional: an input that may be left without a wire; it then reads `initial` for ever.
     gaps: an output that may contain NaN, where the sample of one sensor of several was lost. Infinite values
         are replaced as everywhere.
-    every: an input of which no message may go unread, such as pulses: its block must step as often as its
-        source puts them out, and what a pulse does lasts until the next of its train.
+    every: an input that must read each message, such as pulses: its block must step as often as its source
+        sends them, and the effect of a pulse lasts until the next of its train.
     sensors: of an output, the sensors that its rows are samples of; blocks that are wired to it receive
         them (`with_sensors`).
     rows: of an output, names of its rows, such as joints; empty: those of `sensors`, or numbers.
@@ -234,7 +234,7 @@ class Outputs:
         return tuple(taken)
 
     def save(self) -> Any:
-        """All that changes, for a snapshot."""
+        """Return everything that changes, for a snapshot."""
         return self._given, self._taken
 
     def restore(self, saved: Any) -> None:

@@ -1,8 +1,8 @@
-"""What a block may know of the loop around it before anything runs.
+"""Surroundings of a block: facts about the loop around it that are known before a run.
 
-A block with a member `faults(context, surroundings)` is asked when an experiment is made, so that what cannot
-work in its place, such as a horizon that ends before the loop's delay does, is named by `fesloop check` and
-not by a run. One with a member `cautions_in_place(context, surroundings)` says what is to be feared there.
+The member `faults(context, surroundings)` of a block is called when an experiment is made, so that
+`fesloop check`, and not a run, names what cannot work in its place, such as a horizon that ends before the
+loop's delay does. The member `cautions_in_place(context, surroundings)` yields warnings about its place.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ TRANSPORT = ("latency_ms", "jitter", "loss", "burst_messages", "late")
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """From an output port to an input port.
+    """A wire from an output port to an input port.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ class Wire:
 
 
 class Link:
-    """A wire in operation: messages on their way, in the order in which they will be delivered.
+    """A wire in operation: messages on their way, in the order of delivery.
 
     Attributes
     ----------
@@ -247,7 +247,7 @@ class Link:
         return Sample(*message)
 
     def save(self) -> tuple[Any, ...]:
-        """All that changes, for a snapshot."""
+        """Return everything that changes, for a snapshot."""
         return (list(self.queue), list(self._order), self._held, self.sent, self.lost, self.late,
                 self._last_arrival)
 

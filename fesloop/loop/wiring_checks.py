@@ -155,7 +155,7 @@ def _guards(node: Node) -> bool:
 
 
 def _interlock(guard: Node) -> str:
-    """Input by which a guard waits for trackers; "" where it has none."""
+    """Input with which a guard waits for trackers; "" where it has none."""
     return guard.part.interlock if offers(guard.part, Interlocks) else ""
 
 
