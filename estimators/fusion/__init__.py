@@ -1,4 +1,4 @@
-"""Each inertial sensor fused by itself, and trackers that chain the orientations."""
+"""Fusion of single inertial sensors, and trackers that chain their orientations."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The front end of a tracker: what fuses each sensor by itself, chosen by name, behind one protocol."""
+"""Front ends of trackers: fusion of single inertial sensors, chosen by name, behind one protocol."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Array = NDArray[np.float64]
 
 
 class VqfBank:
-    """Filters of `sensors` inertial sensors, with or without their magnetometers.
+    """VQF filters of `sensors` inertial sensors, with or without their magnetometers.
 
     Parameters
     ----------
-    sensors: how many.
-    period_s: of the gyroscopes' samples; VQF takes it as constant.
-    magnetometer: 9-axis fusion in place of 6-axis.
-    acc_period_s, mag_period_s: of the others, where they are slower.
+    sensors: number of sensors.
+    period_s: sampling period of the gyroscopes; VQF assumes it to be constant.
+    magnetometer: whether to use 9-axis fusion in place of 6-axis.
+    acc_period_s, mag_period_s: sampling periods of the others, where they are slower.
     settings: further parameters of VQF, under its own names (tauAcc, tauMag, ...).
     """
 
@@ -44,9 +44,9 @@ class VqfBank:
         return VQF(*self._periods_s, **self._settings)
 
     def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
-        """One sample of every sensor, (n, 3) each, C-contiguous: rad/s, m/s^2, any unit of field.
+        """Process one sample of every sensor, (n, 3) each, C-contiguous: rad/s, m/s^2, any unit of field.
 
-        None stands for a kind of which this tick brings no sample.
+        None means that this tick has no sample of that kind.
         """
         if acc is None:
             self.update_only(np.ones(len(self._filters), dtype=np.bool_), gyr, None, mag)
@@ -58,7 +58,7 @@ class VqfBank:
     def update_only(
         self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
     ) -> None:
-        """One sample of the sensors that are `used`, (n,); the others stay where they are."""
+        """Process one sample of the sensors in `used`, (n,); the others keep their state."""
         for i in np.flatnonzero(used):
             filter_ = self._filters[i]
             filter_.updateGyr(gyr[i])
@@ -70,12 +70,12 @@ class VqfBank:
     def begin(
         self, used: NDArray[np.bool_], bias: Array, acc: Array, mag: Array | None, samples: int
     ) -> None:
-        """Let the sensors that are `used` begin anew, after a rest of so many samples at these readings.
+        """Restart the sensors in `used` after a rest of `samples` samples with these readings.
 
         Parameters
         ----------
         bias: (n, 3), rad/s, of the gyroscopes.
-        acc, mag: (n, 3), what they read in the rest; without mag the heading begins at zero.
+        acc, mag: (n, 3), readings at rest; without mag the heading starts at zero.
         """
         filters = list(self._filters)
         for i in np.flatnonzero(used):
@@ -86,9 +86,9 @@ class VqfBank:
         self._filters = filters
 
     def orientation(self) -> Array:
-        """Sensor to earth frame (z up; with magnetometers y north), (n, 4), w x y z."""
+        """Orientations (n, 4), w x y z, sensor to earth frame (z up; with magnetometers y north)."""
         quaternion = VQF.getQuat9D if self.magnetometer else VQF.getQuat6D
-        # Joining bytes costs less than concatenating small arrays; what comes out cannot be written to.
+        # Joining bytes costs less than concatenating small arrays; the result is read-only.
         return np.frombuffer(b"".join(map(quaternion, self._filters))).reshape(-1, 4)
 
     def __getstate__(self) -> tuple[tuple[float, float, float], bool, dict[str, float], list[Any]]:
@@ -106,11 +106,11 @@ class VqfBank:
 
 
 HALVING = 1.4
-"""1 / ln 2, as rounded by `qmt.oriEstIMU`: from a time of halving to a time constant."""
+"""Ratio of a time constant to a halving time, 1 / ln 2, as rounded by `qmt.oriEstIMU`."""
 GRAVITY = 9.81
-"""m/s^2, from which the rating of an accelerometer's sample counts, as rounded by `qmt.oriEstIMU`."""
+"""Reference of the accelerometers' rating, m/s^2, as rounded by `qmt.oriEstIMU`."""
 RATED_SAMPLES = 10
-"""The worst of so many samples rates the accelerometer."""
+"""Number of latest samples of which the worst rates the accelerometer."""
 BIAS_SHARE = HALVING / 160.0
 """Factor of zeta^2 k^2 / ((1 - k) T), the gain of the bias estimate."""
 _START = np.array([0.5, 0.5, 0.5, 0.5])
@@ -126,13 +126,13 @@ def _turn(x: float, y: float, z: float) -> Components:
 
 @compiled
 def gain(tau_s: float, step: int, period_s: float, rating: float) -> float:
-    """Share k of a disagreement that a sample takes away.
+    """Fraction k of an error that a sample corrects.
 
     Parameters
     ----------
-    tau_s: time in which a disagreement halves, s.
+    tau_s: halving time of an error, s.
     step: number of samples so far, 1 or more; before it reaches 2 tau / T the gain is that of a shorter tau.
-    rating: by which 1 / k grows, 1 or more.
+    rating: factor on 1 / k, 1 or more.
     """
     reached = min(tau_s, 0.5 * step * period_s)
     return 1.0 / ((1.0 + HALVING * reached / period_s) * rating)
@@ -142,7 +142,7 @@ def gain(tau_s: float, step: int, period_s: float, rating: float) -> float:
 def _learn(
     bias: Array, q: Components, error: tuple[float, float, float], share: float, period_s: float, zeta: float
 ) -> None:
-    """Move a gyroscope's bias (3,) against `error`, an earth-frame turn of which `share` is corrected."""
+    """Correct a gyroscope's bias (3,) by `error`, an earth-frame rotation of which `share` is corrected."""
     scale = BIAS_SHARE * zeta * zeta * share * share / ((1.0 - share) * period_s)
     x, y, z = turned(conjugate(q), error[0], error[1], error[2])
     bias[0] -= scale * x
@@ -152,7 +152,7 @@ def _learn(
 
 @compiled
 def predict(gyr: Array, used: NDArray[np.bool_], period_s: float, q: Array, bias: Array) -> None:
-    """Strapdown integration of rates (n, 3), rad/s, less `bias` (n, 3), into q (n, 4) of the sensors used."""
+    """Integrate rates (n, 3), rad/s, less `bias` (n, 3), into q (n, 4) of the sensors in `used`."""
     for s in range(q.shape[0]):
         if used[s]:
             now = multiply((q[s, 0], q[s, 1], q[s, 2], q[s, 3]),
@@ -166,11 +166,11 @@ def correct_inclination(
     acc: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64],
     deviations: Array
 ) -> None:
-    """Turn q (n, 4) about horizontal axes towards what acc (n, 3), m/s^2, calls up.
+    """Rotate q (n, 4) about horizontal axes towards the vertical of acc (n, 3), m/s^2.
 
     Parameters
     ----------
-    settings: sampling time and time of halving, s, zeta, rating, from what time on the bias is learnt, s.
+    settings: sampling period and halving time, s, zeta, rating, time from which the bias is estimated, s.
     steps: (n,), samples so far; deviations: (n, RATED_SAMPLES), from gravity, m/s^2.
     """
     period, tau, zeta, rating = settings[0], settings[1], settings[2], settings[3]
@@ -186,7 +186,7 @@ def correct_inclination(
         if level == 0.0:
             continue
         share = gain(tau, steps[s], period, 1.0 + rating * deviations[s].max())
-        # acc x vertical: the axis about which its direction in the earth frame comes upright.
+        # acc x vertical is the axis of the rotation that takes acc to the vertical.
         angle = math.atan2(level, z)
         error = (angle * y / level, -angle * x / level, 0.0)
         now = multiply(_turn(share * error[0], share * error[1], 0.0), before)
@@ -199,7 +199,7 @@ def correct_inclination(
 def correct_heading(
     mag: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64]
 ) -> None:
-    """Turn q (n, 4) about the vertical until mag (n, 3), any unit, points to y; as `correct_inclination`."""
+    """Rotate q (n, 4) about the vertical towards mag (n, 3), any unit, at y; as `correct_inclination`."""
     period, tau, zeta = settings[0], settings[1], settings[2]
     for s in range(q.shape[0]):
         if not used[s]:
@@ -219,7 +219,7 @@ def correct_heading(
 
 @compiled
 def level_at(acc: Array, used: NDArray[np.bool_], q: Array) -> None:
-    """Fill q (n, 4) of the sensors used with the least rotation that makes acc (n, 3) upright."""
+    """Set q (n, 4) of the sensors in `used` to the smallest rotation that makes acc (n, 3) vertical."""
     for s in range(q.shape[0]):
         if used[s]:
             x, y, z = acc[s, 0], acc[s, 1], acc[s, 2]
@@ -229,7 +229,7 @@ def level_at(acc: Array, used: NDArray[np.bool_], q: Array) -> None:
 
 @compiled
 def face_north(mag: Array, used: NDArray[np.bool_], q: Array) -> None:
-    """Turn q (n, 4) of the sensors used about the vertical so that mag (n, 3) points to y."""
+    """Rotate q (n, 4) of the sensors in `used` about the vertical so that mag (n, 3) points to y."""
     for s in range(q.shape[0]):
         if used[s]:
             now = (q[s, 0], q[s, 1], q[s, 2], q[s, 3])
@@ -245,18 +245,19 @@ def _keep(row: Array, q: Components) -> None:
 
 
 class SeelRuppinBank:
-    """Filters of `sensors` inertial sensors, with or without their magnetometers; pickles whole.
+    """Seel-Ruppin filters of `sensors` inertial sensors, with or without magnetometers; can be pickled.
 
     Parameters
     ----------
-    sensors: how many.
-    period_s: of the gyroscopes; acc_period_s, mag_period_s: of the others, where they are slower.
-    magnetometer: 9-axis fusion in place of 6-axis.
-    tau_acc_s, tau_mag_s: times in which a disagreement halves, s (1 and 3: defaults of `qmt.oriEstIMU`).
-    zeta: strength of the bias estimate; 0: none.
-    acc_rating: how far an accelerometer off gravity is trusted less, per m/s^2.
+    sensors: number of sensors.
+    period_s: sampling period of the gyroscopes.
+    acc_period_s, mag_period_s: sampling periods of the others, where they are slower.
+    magnetometer: whether to use 9-axis fusion in place of 6-axis.
+    tau_acc_s, tau_mag_s: halving times of an error, s (1 and 3: defaults of `qmt.oriEstIMU`).
+    zeta: strength of the bias estimation; 0: none.
+    acc_rating: loss of trust in an accelerometer that deviates from gravity, per m/s^2.
 
-    Raises InputError for times that are not positive and strengths below zero.
+    Raises InputError for times that are not positive and for negative strengths.
     """
 
     __slots__ = ("acc_settings", "acc_steps", "bias", "deviations", "every", "mag_settings", "mag_steps",
@@ -281,13 +282,13 @@ class SeelRuppinBank:
         self.deviations = np.zeros((sensors, RATED_SAMPLES))
 
     def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
-        """One sample of every sensor, (n, 3) each; None where the tick brings none of that kind."""
+        """Process one sample of every sensor, (n, 3) each; None where the tick has none of that kind."""
         self.update_only(self.every, gyr, acc, mag)
 
     def update_only(
         self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
     ) -> None:
-        """One sample of the sensors that are `used`, (n,); the others stay where they are."""
+        """Process one sample of the sensors in `used`, (n,); the others keep their state."""
         predict(gyr, used, self.period_s, self.q, self.bias)
         if acc is not None:
             correct_inclination(acc, used, self.acc_settings, self.q, self.bias, self.acc_steps,
@@ -298,12 +299,12 @@ class SeelRuppinBank:
     def begin(
         self, used: NDArray[np.bool_], bias: Array, acc: Array, mag: Array | None, samples: int
     ) -> None:
-        """Let the sensors that are `used` begin anew, as after a rest of so many samples at these readings.
+        """Restart the sensors in `used` as after a rest of `samples` samples with these readings.
 
         Parameters
         ----------
         bias: (n, 3), rad/s, of the gyroscopes.
-        acc, mag: (n, 3), what they read in the rest; without mag the heading begins at zero.
+        acc, mag: (n, 3), readings at rest; without mag the heading starts at zero.
         """
         level_at(acc, used, self.q)
         if mag is not None:
@@ -312,7 +313,7 @@ class SeelRuppinBank:
         self.acc_steps[used] = self.mag_steps[used] = samples
 
     def orientation(self) -> Array:
-        """Sensor to earth frame (z up; with magnetometers y north), (n, 4), w x y z."""
+        """Orientations (n, 4), w x y z, sensor to earth frame (z up; with magnetometers y north)."""
         return self.q.copy()
 
 
@@ -321,27 +322,27 @@ NAMES: tuple[FrontEndName, ...] = ("vqf", "seel_ruppin")
 
 
 class FrontEnd(Protocol):
-    """Filters of n inertial sensors; it pickles, and continues bit for bit."""
+    """Filters of n inertial sensors, which can be pickled and then continue bit for bit."""
 
     def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
-        """One sample of every sensor, (n, 3) each, rad/s, m/s^2, T; None where there is none."""
+        """Process one sample of every sensor, (n, 3) each, rad/s, m/s^2, T; None where there is none."""
 
     def update_only(
         self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
     ) -> None:
-        """One sample of the sensors that are `used`, (n,); the others stay where they are."""
+        """Process one sample of the sensors in `used`, (n,); the others keep their state."""
 
     def begin(
         self, used: NDArray[np.bool_], bias: Array, acc: Array, mag: Array | None, samples: int
     ) -> None:
-        """Begin anew after a rest of so many samples, in which the sensors read this, (n, 3) each."""
+        """Restart the sensors in `used` after a rest of `samples` samples with these readings (n, 3)."""
 
     def orientation(self) -> Array:
-        """Sensor to earth frame (z up; with magnetometers y to magnetic north), (n, 4); a new array."""
+        """New array of orientations (n, 4), sensor to earth frame (z up; with magnetometers y north)."""
 
 
 def require_front_end(name: str) -> None:
-    """Raise InputError for a name that is no front end's."""
+    """Raise InputError for the name of no front end."""
     if name not in NAMES:
         raise InputError("front_end", f"{name!r}", ", ".join(NAMES), did_you_mean(name, NAMES))
 
@@ -350,15 +351,15 @@ def front_end_of(
     name: FrontEndName, sensors: int, periods_s: tuple[float, float, float], magnetometer: bool,
     tau_acc_s: float | None, tau_mag_s: float | None
 ) -> FrontEnd:
-    """A new front end.
+    """Create the front end `name`.
 
     Parameters
     ----------
-    periods_s: of the samples of gyroscopes, accelerometers and magnetometers.
+    periods_s: sampling periods of gyroscopes, accelerometers and magnetometers.
     magnetometer: whether magnetometers are used.
-    tau_acc_s, tau_mag_s: time constants of the corrections; None: those that the method's authors give.
+    tau_acc_s, tau_mag_s: time constants of the corrections; None: those of the method's authors.
 
-    Raises InputError for another name, and for times that are not positive.
+    Raises InputError for an unknown name, and for times that are not positive.
     """
     require_front_end(name)
     of_vqf = name == "vqf"

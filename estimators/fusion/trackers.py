@@ -1,4 +1,4 @@
-"""Trackers that fuse each inertial sensor by itself (VQF) and chain the orientations to joint angles."""
+"""Trackers that fuse each inertial sensor separately (VQF) and chain the orientations to joint angles."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ T = TypeVar("T")
 
 @dataclass(slots=True, eq=False)
 class FusionState:
-    """State of a tracker of this module.
+    """State of a VQF tracker.
 
     Attributes
     ----------
     bank: the filters.
-    arrivals: which samples are new, and what is wrong with them.
+    arrivals: ages and faults of the samples.
     pairs: (joints, 2), parent and child; (0, 2) for a single sensor.
-    heading: (joints, 2), what is removed of the children's heading.
-    origin: orientations when aligned, (n, 4).
-    plausible: joint angles that no joint can have.
+    heading: (joints, 2), heading offsets that are removed from the children.
+    origin: orientations at the alignment, (n, 4).
+    plausible: check for angles that no joint can have.
     ticks: number of the next tick.
     aligned: whether `heading` and `origin` are known.
     announced: whether the alignment has been reported.
@@ -69,28 +69,28 @@ class VqfTracker:
     """Joint angles from gyroscopes and accelerometers: 6-axis VQF and an initial pose, no magnetometer.
 
     Inputs `gyr` (n, 3) rad/s and `acc` (n, 3) m/s^2, sensor frames equal to segment frames (z: flexion).
-    Outputs `orientation` (n, 4), segment to earth, each with a heading of its own, and `angles`, rad: the
-    flexion of each pair (z-x-y Euler), or for a single sensor (1,) the angle by which it has turned from its
-    first orientation; `aligned` (1,), 0 until the initial pose is over, then 1. VQF: doi
+    Outputs `orientation` (n, 4), segment to earth, each with an independent heading, and `angles`, rad: the
+    flexion of each pair (z-x-y Euler), or for a single sensor (1,) the angle of its rotation from its first
+    orientation; `aligned` (1,), 0 until the initial pose is over, then 1. VQF: doi
     10.1016/j.inffus.2022.10.014. Its sampling time is the period of this block's clock: give the tracker the
     rate of its sensors.
 
     Until `align_s` the outputs `angles` are the initial pose, reported as "aligning"; then the relative
     headings are set so that they agree with it. A lost sample (or frozen, or held for too long:
-    `estimators.samples.arrivals`) leaves its sensor's filter where it is, a clipped or repeated one is used;
-    each is reported.
+    `estimators.samples.arrivals`) does not update its sensor's filter, a clipped or repeated one does; each
+    is reported.
 
     Attributes
     ----------
-    sensors: number n; 0 takes it from the wire.
-    pairs: (parent, child) sensors of each joint; empty: those that the source of the samples states, such as
-        a recording, or where it tells nothing of its sensors each and the next.
+    sensors: number n of sensors; 0 takes it from the wire.
+    pairs: (parent, child) sensors of each joint; empty: the pairs that the source of the samples states, such
+        as a recording, else each sensor and the next.
     initial_angles_deg: flexion of each joint in the initial pose, abduction and pronation zero; None where
-        it is not known: the headings are then left as the filters start them, each at zero.
-    align_s: when the initial pose ends, s (S19 keeps it for 3 s or more; 0.5 s is chosen for plants that
-        start at rest, where nothing but noise has to settle).
+        it is unknown: the headings then start at zero, and are not corrected.
+    align_s: end of the initial pose, s (S19 keeps it for 3 s or more; 0.5 s is chosen for plants that start
+        at rest, where only noise has to settle).
     tau_acc_s: time constant of the inclination correction, s (VQF's own default).
-    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, deg/s and multiples of
+    gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, deg/s and multiples of
         standard gravity (2000: Kortier et al. 2014, doi 10.1186/1743-0003-11-70; 16: chosen, a usual one).
     """
 
@@ -113,18 +113,18 @@ class VqfTracker:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """gyr and acc."""
+        """Ports gyr and acc."""
         shape = (self.sensors or None, 3)
         return Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2")
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles and aligned."""
+        """Ports orientation, angles and aligned."""
         return _outputs(self.sensors, self.pairs, self._stated)
 
     @property
     def needs_stillness(self) -> str:
-        """`aligned`, which ends the initial pose; "" where no pose is given."""
+        """Name of the output that reports the end of the initial pose; "" where no pose is given."""
         return "aligned" if self.initial_angles_deg is not None else ""
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> VqfTracker:
@@ -136,11 +136,11 @@ class VqfTracker:
         return _named(self, sources)
 
     def init(self, context: Context) -> FusionState:
-        """Filters at their start, headings unknown."""
+        """Create filters in their initial state, with headings unknown."""
         return _start(self, context, magnetometer=False, tauAcc=self.tau_acc_s)
 
     def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """One sample of every sensor."""
+        """Process one sample of every sensor."""
         sound = _fuse(state, inputs, tick)
         orientation = state.bank.orientation()
         if not state.aligned:
@@ -164,11 +164,11 @@ class Vqf9Tracker:
 
     The baseline "B" of Salchow-Hoemmen et al. 2019 (doi 10.3390/s19010208) with VQF for fusion: no
     initial pose, no constraints. Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2, `mag` (n, 3) T; outputs as of
-    VqfTracker, but orientations are to the earth frame ENU (y to magnetic north).
+    VqfTracker, but with orientations in the earth frame ENU (y to magnetic north).
 
     Attributes
     ----------
-    sensors: number n; 0 takes it from the wire.
+    sensors: number n of sensors; 0 takes it from the wire.
     pairs: (parent, child) sensors of each joint, as in VqfTracker.
     tau_acc_s, tau_mag_s: time constants of the inclination and heading corrections, s (VQF's own defaults).
     gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
@@ -190,13 +190,13 @@ class Vqf9Tracker:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """gyr, acc and mag."""
+        """Ports gyr, acc and mag."""
         shape = (self.sensors or None, 3)
         return Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"), Port("mag", shape, "T")
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles and aligned."""
+        """Ports orientation, angles and aligned."""
         return _outputs(self.sensors, self.pairs, self._stated)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Vqf9Tracker:
@@ -208,11 +208,11 @@ class Vqf9Tracker:
         return _named(self, sources)
 
     def init(self, context: Context) -> FusionState:
-        """Filters at their start."""
+        """Create filters in their initial state."""
         return _start(self, context, magnetometer=True, tauAcc=self.tau_acc_s, tauMag=self.tau_mag_s)
 
     def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """One sample of every sensor."""
+        """Process one sample of every sensor."""
         sound = _fuse(state, inputs, tick)
         orientation = state.bank.orientation()
         if sound and not state.aligned:
@@ -238,11 +238,11 @@ def _outputs(sensors: int, pairs: Pairs, stated: Sensors | None) -> tuple[Port, 
 
 
 def _named(tracker: T, sources: Mapping[str, Sensors]) -> T:
-    """A tracker for the pairs, and of the names, that the source of its samples states."""
+    """Return the tracker with the pairs and names that the source of its samples states."""
     stated, given = stated_by(sources), cast(Any, tracker)
-    told = replace(given, pairs=stated_pairs(given.pairs, stated), sensors=given.sensors or len(stated.names))
-    object.__setattr__(told, "_stated", stated)
-    return cast(T, told)
+    new = replace(given, pairs=stated_pairs(given.pairs, stated), sensors=given.sensors or len(stated.names))
+    object.__setattr__(new, "_stated", stated)
+    return cast(T, new)
 
 
 def _start(
@@ -261,16 +261,16 @@ def _start(
 
 
 def _joint_names(stated: Sensors | None, joints: NDArray[np.int64]) -> tuple[str, ...]:
-    """By their sensors: as their source names them, else by number."""
+    """Names of joints from those of their sensors, as the source states them, or from their numbers."""
     if stated is not None:
         return tuple(f"joint {stated.pair_name((int(parent), int(child)))}" for parent, child in joints)
     return tuple(f"joint {parent}-{child}" for parent, child in joints)
 
 
 def _fuse(state: FusionState, inputs: Sequence[Sample], tick: Tick) -> bool:
-    """Update the filters; whether every sensor had a sample.
+    """Update the filters; return whether every sensor had a sample.
 
-    A filter counts time in samples: ticks that were skipped while the block was busy are made good.
+    A filter counts time in samples: ticks that were skipped while the block was busy repeat the sample.
     """
     state.arrivals.note(inputs, tick)
     gyr: Any = inputs[0].value

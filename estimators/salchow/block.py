@@ -1,28 +1,29 @@
 """`salchow_b`, `salchow_m1`, `salchow_m2`: the trackers of Salchow-Hoemmen et al. 2019.
 
-S19 is doi 10.3390/s19010208, section 2.4. B fuses each sensor with its magnetometer and chains them. M1 adds
-the initial pose (2.4.2) and the joint constraints (2.4.3), M2 is M1 without any magnetometer.
+S19 is doi 10.3390/s19010208, section 2.4. B fuses each sensor with its magnetometer and chains the
+orientations. M1 adds the initial pose (2.4.2) and the joint constraints (2.4.3), M2 is M1 without any
+magnetometer.
 
-Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, of B and M1, `mag` (n, 3) T, sensor frames equal to segment
-frames. They may have rates of their own: give the tracker that of the gyroscopes. Outputs `orientation`
+Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, for B and M1, `mag` (n, 3) T, sensor frames equal to
+segment frames. Their rates may differ: give the tracker the rate of the gyroscopes. Outputs `orientation`
 (n, 4), segment to earth (z up; with magnetometers y to magnetic north at the first sensor, else its heading
-begins at zero); `angles` and `angle_sd` (d,), rad, all freedoms of the tree in its order; `fingertips` and
-`fingertip_sd` (t, 3), m, in the frame of the tree's root (of the hand: WCS); `aligned` (1,), of M1 and M2 0
+starts at zero); `angles` and `angle_sd` (d,), rad, all freedoms of the tree in its order; `fingertips` and
+`fingertip_sd` (t, 3), m, in the frame of the tree's root (for the hand: WCS); `aligned` (1,), for M1 and M2 0
 until the initial pose has been taken, else 1.
 
-A joint is seen when both its segments have a sensor with valid samples; others are reported as "untracked",
-are at angle 0 with sd pi, and "tracked" when they come back. Joints between the root and the first sensor (of
-16 sensors the wrist) count as neutral: the fingertips' sd leaves them out.
+A joint is seen when both its segments have a sensor with valid samples. Other joints are reported as
+"untracked", with angle 0 and sd pi, and as "tracked" when they are seen again. Joints between the root and
+the first sensor (with 16 sensors the wrist) count as neutral, and the fingertips' sd leaves them out.
 
-The paper has no measure of quality; the sds here are a model. Each joint's rotation is taken to be wrong by
-`mounting_sd_deg` about any axis (the sensors on their segments) and by a heading sd about the vertical; what
-the sd of an angle is follows from both, and that of a fingertip from the joints before it, as if independent.
-What a joint forbids is taken as exactly zero, and a clipped angle keeps its sd. Wrong lengths, soft tissue in
-motion and a disturbed magnetic field are not in it.
+The paper has no measure of quality; the sds here are a model. The rotation of each joint has an error of
+`mounting_sd_deg` about any axis (mounting of the sensors) and a heading error about the vertical. The sd of
+an angle follows from both, that of a fingertip from the joints before it, assumed independent. Forbidden
+angles of a joint are assumed to be exactly zero, and a clipped angle keeps its sd. The model does not include
+wrong lengths, soft tissue in motion and a disturbed magnetic field.
 
-A lost rate leaves its sensor where it is, which adds `untracked_deg_s` times the gap to its sd; inclination
-comes back, and the heading where there is a magnetometer. A lost acceleration or field corrects nothing.
-Clipped samples are used, with the same doubt of a rate. All of these are reported.
+A sensor whose rate is lost keeps its orientation, and its sd grows by `untracked_deg_s` times the gap; its
+inclination recovers, and with a magnetometer its heading. A lost acceleration or field gives no correction.
+Clipped samples are used; a clipped rate adds to the sd as a lost one does. All of these are reported.
 """
 
 from __future__ import annotations
@@ -55,25 +56,26 @@ _USUAL_LIMITS = InitialPoseLimits()
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SalchowB:
-    """Posture of a hand from 9-axis sensors, each by itself: method B of Salchow-Hoemmen et al. 2019.
+    """Posture of a hand from 9-axis sensors fused separately: method B of Salchow-Hoemmen et al. 2019.
 
     Attributes
     ----------
-    sensors: number n; 0 takes it from the wire.
-    hand: its size.
-    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: all of the
-        tree, or all but its root, as the number of sensors says.
-    segments: another tree in place of the hand.
+    sensors: number n of sensors; 0 takes it from the wire.
+    hand: size of the hand.
+    sensed: names of the segments that carry the sensors, in the order of the samples; empty: all segments of
+        the tree, or all but its root, depending on the number of sensors.
+    segments: segment tree that replaces the hand.
     front_end: "vqf" (doi 10.1016/j.inffus.2022.10.014) or "seel_ruppin" (doi 10.1016/j.ifacol.2017.08.1534,
         the paper's own).
-    tau_acc_s, tau_mag_s: time constants of its corrections, s (of "seel_ruppin": in which an error halves);
-        None: those of its authors.
-    acc_every, mag_every: ticks from one sample of accelerometers, magnetometers, to the next.
-    mounting_sd_deg: of the sensors on their segments, deg (5 to 10: S19, section 5).
-    heading_sd_deg: of a magnetometer's heading against the neighbour's, deg (chosen; no sensor can tell).
-    untracked_deg_s: rms rate of a segment whose samples are missing, or beyond what clipped ones say (chosen:
+    tau_acc_s, tau_mag_s: time constants of its corrections, s (for "seel_ruppin": halving times of an error);
+        None: its authors' values.
+    acc_every, mag_every: ticks between samples of the accelerometers, and of the magnetometers.
+    mounting_sd_deg: sd of the sensors' mounting on their segments, deg (5 to 10: S19, section 5).
+    heading_sd_deg: sd of a magnetometer's heading relative to its neighbour's, deg (chosen; no sensor
+        measures it).
+    untracked_deg_s: rms rate of a segment whose samples are missing, or in excess of clipped ones (chosen:
         a finger in motion).
-    gap_ms: how long a gyroscope may be silent before its joints are unseen (chosen: ten samples of 100 Hz).
+    gap_ms: silence of a gyroscope after which its joints are unseen (chosen: ten samples at 100 Hz).
     gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
 
@@ -100,12 +102,12 @@ class SalchowB:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """gyr, acc and mag."""
+        """Ports gyr, acc and mag."""
         return sample_ports(self.sensors, magnetometer=True)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, fingertips, fingertip_sd, aligned."""
+        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd and aligned."""
         return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowB:
@@ -117,11 +119,11 @@ class SalchowB:
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> SalchowState:
-        """Filters at their start."""
+        """Create filters in their initial state."""
         return start(wired(self.body), method_of(self, magnetometer=True), context)
 
     def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """One sample of every sensor."""
+        """Process one sample of every sensor."""
         return track(state, wired(self.body), inputs, tick)
 
 
@@ -130,18 +132,19 @@ class SalchowB:
 class SalchowM1:
     """Posture of a hand by method M1 of Salchow-Hoemmen et al. 2019: B, an initial pose, joint constraints.
 
-    Until the initial pose is over, reported as "aligning", the outputs are the known pose; "aligned" ends
-    it. A pose that moved, or is not as gravity says, is reported as "initial_pose_failed", with sensors and
-    reasons; the next that is still for as long is taken, and until then all sds say that nothing is known.
-    Sensors that give no sample in it are left out, their joints are unseen from then on.
+    During the initial pose, reported as "aligning", the outputs are the known pose; "aligned" reports its
+    end. A pose in which the hand moved, or that disagrees with gravity, is reported as
+    "initial_pose_failed", with sensors and reasons. The next pose that is still for as long is taken; until
+    then all sds are those of unknown angles. Sensors without a sample in the pose are left out, and their
+    joints stay unseen.
 
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, tau_mag_s, acc_every, mag_every, mounting_sd_deg,
     heading_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
-    initial_pose_s: how long the pose is kept, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
+    initial_pose_s: duration of the initial pose, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
     initial_angles_deg: the pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
-    pose_limits: what sensors may read in it.
+    pose_limits: limits of the sensors' readings in the pose.
     """
 
     sensors: int = 0
@@ -170,17 +173,17 @@ class SalchowM1:
 
     @property
     def needs_stillness(self) -> str:
-        """`aligned`, which ends the initial pose."""
+        """Name of the output that reports the end of the initial pose: `aligned`."""
         return "aligned"
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """gyr, acc and mag."""
+        """Ports gyr, acc and mag."""
         return sample_ports(self.sensors, magnetometer=True)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, fingertips, fingertip_sd, aligned."""
+        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd and aligned."""
         return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM1:
@@ -192,11 +195,11 @@ class SalchowM1:
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> SalchowState:
-        """Filters at their start, the initial pose ahead."""
+        """Create filters in their initial state, before the initial pose."""
         return start(wired(self.body), method_of(self, magnetometer=True), context)
 
     def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """One sample of every sensor."""
+        """Process one sample of every sensor."""
         return track(state, wired(self.body), inputs, tick)
 
 
@@ -205,16 +208,16 @@ class SalchowM1:
 class SalchowM2:
     """Posture of a hand by method M2 of Salchow-Hoemmen et al. 2019: M1 without magnetometers.
 
-    As SalchowM1. Nothing corrects a heading after the initial pose: it drifts with what
-    is left of the gyroscopes' bias, and so grows its sd; a heading that was lost with samples stays lost.
+    It works as SalchowM1. Nothing corrects a heading after the initial pose: it drifts with the residual bias
+    of the gyroscopes, and its sd grows; a heading that is lost with samples stays lost.
 
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every, mounting_sd_deg, untracked_deg_s,
     gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
     initial_pose_s, initial_angles_deg, pose_limits: as in SalchowM1.
-    drift_deg_s: sd of the rate at which neighbours' headings part, deg/s (chosen: two biases known to within
-        an instability of 10 deg/h, usual of MEMS).
+    drift_deg_s: sd of the rate at which neighbours' headings diverge, deg/s (chosen: two biases known to
+        within an instability of 10 deg/h, usual for MEMS).
     """
 
     sensors: int = 0
@@ -241,17 +244,17 @@ class SalchowM2:
 
     @property
     def needs_stillness(self) -> str:
-        """`aligned`, which ends the initial pose."""
+        """Name of the output that reports the end of the initial pose: `aligned`."""
         return "aligned"
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """gyr and acc."""
+        """Ports gyr and acc."""
         return sample_ports(self.sensors, magnetometer=False)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, fingertips, fingertip_sd, aligned."""
+        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd and aligned."""
         return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM2:
@@ -263,9 +266,9 @@ class SalchowM2:
         return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> SalchowState:
-        """Filters at their start, the initial pose ahead."""
+        """Create filters in their initial state, before the initial pose."""
         return start(wired(self.body), method_of(self, magnetometer=False), context)
 
     def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """One sample of every sensor."""
+        """Process one sample of every sensor."""
         return track(state, wired(self.body), inputs, tick)

@@ -44,22 +44,23 @@ Flags = NDArray[np.bool_]
 Numbers = NDArray[np.int64]
 Triple = tuple[float, float, float]
 _UNCORRECTED = math.radians(0.5)
-"""Drift rate of an uncorrected inclination or heading, rad/s (the bias that VQF supposes before
-it has found one, doi 10.1016/j.inffus.2022.10.014)."""
+"""Drift rate of an uncorrected inclination or heading, rad/s (the bias that VQF assumes before
+it has estimated one, doi 10.1016/j.inffus.2022.10.014)."""
 
 
 @compiled
 def follow_gaps(
     codes: NDArray[np.uint8], elapsed_s: float, rate_sd: float, forget: Array, silent_s: Array, gaps: Array
 ) -> bool:
-    """Bring `silent_s` (n,) and `gaps` (n, 2) on by a tick; whether a sample is lost.
+    """Advance `silent_s` (n,) and `gaps` (n, 2) by a tick; return whether a sample is lost.
 
     Parameters
     ----------
     codes: (3, n), LOST and CLIPPED of gyr, acc and mag.
-    elapsed_s: since the tick before. rate_sd: rad/s, of what a segment turns unseen, or beyond the range.
-    forget: (2,), share of the variances that a tick with sound samples leaves.
-    silent_s: since the last rate, infinite before the first.
+    elapsed_s: time since the previous tick.
+    rate_sd: sd of the rate of a segment whose samples are missing, or in excess of clipped ones, rad/s.
+    forget: (2,), fraction of the variances that remains after a tick with sound samples.
+    silent_s: time since the last rate, infinite before the first.
     """
     lost = False
     for s in range(codes.shape[1]):
@@ -67,7 +68,7 @@ def follow_gaps(
         silent_s[s] = silent_s[s] + elapsed_s if codes[0, s] & LOST else 0.0
         if codes[0, s]:
             for i in range(2):
-                # A turn at one unknown rate: the sd grows with the time, not with its root.
+                # The unknown rate is constant: the sd grows with time, not with its square root.
                 gaps[s, i] = min((math.sqrt(gaps[s, i]) + rate_sd * elapsed_s) ** 2, UNSEEN_SD ** 2)
         else:
             for i in range(2):
@@ -82,7 +83,7 @@ def follow_gaps(
 def find_seen(
     layout: Numbers, sensors: Numbers, silent_s: Array, posed: Flags, gap_s: float, seen: Flags
 ) -> bool:
-    """Fill `seen` (m,): whether a joint has both sensors, sound and `posed` (n,); whether one changed."""
+    """Update `seen` (m,), joints with two sensors that are sound and `posed`; return whether any changed."""
     changed = False
     for k in range(sensors.size):
         now = layout[k, 0] >= 0
@@ -103,7 +104,7 @@ def _unit(q: Array) -> Components:
 
 @compiled(inline="always")
 def _in_segment(axes: Array, v: Triple) -> Triple:
-    """A vector given along a joint's own x, y, z (its axes are listed z, x, y), in its segment's frame."""
+    """Transform a vector from a joint's x, y, z (its axes are listed z, x, y) to its segment's frame."""
     return (v[0] * axes[1, 0] + v[1] * axes[2, 0] + v[2] * axes[0, 0],
             v[0] * axes[1, 1] + v[1] * axes[2, 1] + v[2] * axes[0, 1],
             v[0] * axes[1, 2] + v[1] * axes[2, 2] + v[2] * axes[0, 2])
@@ -121,7 +122,7 @@ def _dot(a: Triple, b: Triple) -> float:
 
 @compiled(inline="always")
 def in_joint(axes: Array, q: Components) -> Components:
-    """A rotation of a segment, in its joint's own axes."""
+    """Express a rotation of a segment in its joint's own axes."""
     w, x, y, z = q
     return (w, x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2],
             x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2],
@@ -130,7 +131,7 @@ def in_joint(axes: Array, q: Components) -> Components:
 
 @compiled
 def joint_turns(axes: Array, q: Components) -> tuple[Triple, Triple, Triple]:
-    """By what turn flexion, abduction and pronation move the child, in its frame, rad/rad.
+    """Rotation of the child per flexion, abduction and pronation, in its frame, rad/rad.
 
     `q`: child to parent, in the joint's own axes.
     """
@@ -144,7 +145,7 @@ def joint_turns(axes: Array, q: Components) -> tuple[Triple, Triple, Triple]:
 
 @compiled
 def joint_angles(q: Components, freedoms: int, first: int, angles: Array) -> None:
-    """Fill `angles` (d,) from `first` on: flexion, abduction, pronation (eq. 20-22), those that are free."""
+    """Fill `angles` (d,) from `first` with the free of flexion, abduction and pronation (eq. 20-22)."""
     if freedoms > 0:
         angles[first] = euler_z_of_zxy(q)
     if freedoms > 1:
@@ -155,7 +156,10 @@ def joint_angles(q: Components, freedoms: int, first: int, angles: Array) -> Non
 
 @compiled
 def allowed(axes: Array, ranges: Array, freedoms: int, first: int, angles: Array) -> Components:
-    """The rotation a joint allows (section 2.4.3), its `angles` (d,) clipped from `first` on, others zero."""
+    """Clip `angles` (d,) from `first`; return the rotation that the joint allows (section 2.4.3).
+
+    Its forbidden angles are zero.
+    """
     q = (1.0, 0.0, 0.0, 0.0)
     for i in range(first, first + freedoms):
         angles[i] = min(max(angles[i], ranges[i, 0]), ranges[i, 1])
@@ -168,16 +172,16 @@ def spread_joint(
     turns: tuple[Triple, Triple, Triple], freedoms: int, upright: Triple, tilt: float, heading: float,
     constrained: bool, first: int, sd: Array, covariance: Array
 ) -> None:
-    """Fill `sd` (d,) of a joint's angles from `first` on, rad, and `covariance` (3, 3) of it all, rad^2.
+    """Fill `sd` (d,) of a joint's angles from `first`, rad, and `covariance` (3, 3) of its rotation, rad^2.
 
     Parameters
     ----------
     turns: as in `joint_turns`. upright: the vertical in the child's frame.
-    tilt, heading: rad^2. constrained: what the joint forbids is known to be zero.
+    tilt, heading: variances, rad^2. constrained: whether forbidden angles are known to be zero.
     """
     rows = (_cross(turns[1], turns[2]), _cross(turns[2], turns[0]), _cross(turns[0], turns[1]))
     volume = _dot(turns[0], rows[0])
-    # At the pole flexion and pronation are not defined; there the sd is large, not infinite.
+    # At the pole flexion and pronation are undefined; their sd there is large, not infinite.
     scale = volume / (volume * volume + 1e-6)
     for a in range(3):
         for b in range(3):
@@ -201,15 +205,16 @@ def posture(
     fused: Array, headings: Array, seen: Flags, constrained: bool, tilt: float, heading: float, gaps: Array,
     orientation: Array, angles: Array, sd: Array, fingertips: Array, fingertip_sd: Array
 ) -> None:
-    """Fill the outputs of a tracker.
+    """Fill the output arrays of a tracker.
 
     Parameters
     ----------
-    counted: (m,), joints whose uncertainty the fingertips share.
-    fused: (n, 4), sensor to earth. headings: (n, 2), cosine and sine of half the heading to turn it by.
-    seen: (m,). constrained: whether joints hold what they allow.
-    tilt, heading: rad^2, by which a segment's orientation against its parent's is wrong, about any axis and
-        about the vertical besides. gaps: (n, 2), rad^2, of each sensor's inclination and heading, beside it.
+    counted: (m,), whether each joint's uncertainty adds to that of the fingertips.
+    fused: (n, 4), sensor to earth. headings: (n, 2), cosine and sine of half the heading correction.
+    seen: (m,), whether each joint is seen. constrained: whether joint constraints are applied.
+    tilt, heading: variances of a segment's orientation relative to its parent's, rad^2, about any axis and,
+        in addition, about the vertical.
+    gaps: (n, 2), further variances of each sensor's inclination and heading, rad^2.
     orientation: (n, 4), segment to earth; angles, sd: (d,), rad; fingertips, fingertip_sd: (t, 3), m.
     """
     count = layout.shape[0]
@@ -257,7 +262,7 @@ Outputs = tuple[Array, Array, Array, Array, Array, Array]
 
 
 def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-    """A tick of a tracker."""
+    """Process one tick of a tracker."""
     method = state.method
     ticks = tick.index + 1 - state.ticks
     state.ticks = tick.index + 1
@@ -279,7 +284,7 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
 def _fuse(
     state: SalchowState, method: Method, inputs: Sequence[Sample], fresh: tuple[bool, bool, bool], ticks: int
 ) -> None:
-    """Update the filters. They count time in samples: ticks skipped while busy are made good with these."""
+    """Update the filters, which count time in samples: ticks skipped while busy repeat the samples."""
     _, new_acc, new_mag = fresh
     gyr: Any = inputs[0].value
     acc: Any = inputs[1].value if new_acc else None
@@ -301,7 +306,7 @@ def _take_pose(
     state: SalchowState, body: Body, method: Method, pose: InitialPose, inputs: Sequence[Sample],
     fresh: tuple[bool, bool, bool], tick: Tick
 ) -> bool:
-    """Go on with the initial pose; align where it is over: whether it is now."""
+    """Continue the initial pose and align at its end; return whether the tracker is aligned now."""
     if state.pose_ticks == 0 and not state.failing and state.quiet_ns < 0:
         tick.report("aligning", f"{KEEP_STILL} for {pose.duration_s:g} s")
         state.quiet_ns = tick.time_ns
@@ -334,7 +339,7 @@ def _take_pose(
 def _align(
     state: SalchowState, body: Body, method: Method, pose: InitialPose, needed: int, tick: Tick
 ) -> list[str]:
-    """Set biases and headings by a pose that is over; or why not."""
+    """Set biases and headings from a completed pose; return the reasons if it is refused."""
     rest = rest_of(state.record, method.magnetometer)
     ties = state.ties
     if not rest.present.all():

@@ -34,7 +34,7 @@ _POSITIVE = ("tau_acc_s", "tau_mag_s", "mounting_sd_deg", "heading_sd_deg", "dri
 
 
 class InitialPose(NamedTuple):
-    """Duration, s; angles by freedom, deg; and what is to be believed."""
+    """Initial pose: duration, s, angles by freedom, deg, and limits of a plausible pose."""
 
     duration_s: float
     angles_deg: Mapping[str, float]
@@ -42,16 +42,16 @@ class InitialPose(NamedTuple):
 
 
 class Method(NamedTuple):
-    """Parts of a tracker of this family.
+    """Parameters of a tracker of this family.
 
     Attributes
     ----------
-    front_end, tau_acc_s, tau_mag_s: as `front_end_of`. every: ticks from one sample to the next of
-        accelerometers and magnetometers.
-    magnetometer: whether it reads one. pose: the initial pose, None: none is taken.
-    constrained: whether joints hold what they allow.
+    front_end, tau_acc_s, tau_mag_s: as in `front_end_of`.
+    every: ticks between samples of the accelerometers, and of the magnetometers.
+    magnetometer: whether magnetometers are used. pose: the initial pose, or None.
+    constrained: whether joint constraints are applied.
     mounting_sd, heading_sd: rad. drift: rad/s. unseen_rate: rad/s. gap_s: s.
-    limits: from which magnitude on samples are clipped, rad/s, m/s^2, T.
+    limits: magnitudes above which samples count as clipped, rad/s, m/s^2, T.
     """
 
     front_end: FrontEndName
@@ -70,7 +70,7 @@ class Method(NamedTuple):
 
 
 def require_parameters(tracker: Any) -> None:
-    """Raise InputError for impossible parameters of a tracker, those that it has."""
+    """Raise InputError for an invalid parameter of a tracker."""
     if tracker.sensors < 0:
         raise InputError("sensors", f"{tracker.sensors}", "1 or more, or 0 to take it from the wire")
     require_front_end(tracker.front_end)
@@ -84,7 +84,7 @@ def require_parameters(tracker: Any) -> None:
 
 
 def worn_by(tracker: Any) -> Body | None:
-    """The body that wears a tracker's sensors, where their number is known.
+    """Body that carries a tracker's sensors; None while their number is unknown.
 
     Raises InputError as `body_of` does, and for an initial pose that the body cannot have.
     """
@@ -96,21 +96,21 @@ def worn_by(tracker: Any) -> Body | None:
 
 
 def wired(body: Body | None) -> Body:
-    """The body; raises InputError where the number of sensors is not known."""
+    """Return the body; raise InputError if the number of sensors is unknown."""
     if body is None:
         raise InputError("sensors", "0", "their number", "wire the tracker, or give it `sensors`")
     return body
 
 
 def sample_ports(sensors: int, magnetometer: bool) -> tuple[Port, ...]:
-    """gyr, acc and, where there is one, mag."""
+    """Ports gyr, acc and, with a magnetometer, mag."""
     shape = (sensors or None, 3)
     ports = (Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"))
     return (*ports, Port("mag", shape, "T")) if magnetometer else ports
 
 
 def method_of(tracker: Any, *, magnetometer: bool) -> Method:
-    """The method that a tracker's parameters make: with an initial pose it also holds the joints."""
+    """Create the method of a tracker from its parameters; with an initial pose it constrains the joints."""
     pose = None
     if hasattr(tracker, "initial_pose_s"):
         pose = InitialPose(tracker.initial_pose_s, tracker.initial_angles_deg, tracker.pose_limits)
@@ -131,7 +131,7 @@ _NO_TURN = np.array([1.0, 0.0])
 _TAU_S = {"vqf": (3.0, 9.0), "seel_ruppin": (1.0, 3.0)}
 """Default time constants of the corrections by accelerometer and magnetometer, s."""
 _TIME_CONSTANT = {"vqf": 1.0, "seel_ruppin": 1.0 / math.log(2.0)}
-"""Ratio of an error's time constant to them: VQF gives time constants, Seel-Ruppin times of halving."""
+"""Ratio of an error's time constant to `_TAU_S`: VQF states time constants, Seel-Ruppin halving times."""
 
 
 @dataclass(slots=True, eq=False)
@@ -140,20 +140,21 @@ class SalchowState:
 
     Attributes
     ----------
-    method: what makes the tracker; never changed.
+    method: parameters of the tracker; they never change.
     bank: the filters.
-    arrivals: which samples are new, and what is wrong with them.
-    period_s: of the ticks. forget: (2,), share of a gap's variances that a sample leaves.
-    silent_s: (n,), since the last rate. gaps: (n, 2), variances that gaps have left, rad^2.
-    record: of the initial pose, as far as it has come. pose_ticks: how far that is.
-    known: (n, 4), segments to the root in the known pose. ties: of all sensors in it.
-    headings: (n, 2), cosine and sine of half the heading that each sensor is turned by.
-    posed: (n,), which sensors have been aligned.
-    aligned_ns: since when; None before.
-    failing: whether the pose has been refused; quiet_ns: until when that is not reported again.
-    seen, unseen: (m,), joints that are seen; names of those reported not to be, None before the first tick.
-    plausible: angles that no joint can have.
-    counted: (m,), joints whose uncertainty the fingertips share.
+    arrivals: ages and faults of the samples.
+    period_s: of the ticks. forget: (2,), fraction of a gap's variances that remains after a sample.
+    silent_s: (n,), time since the last rate. gaps: (n, 2), variances due to gaps, rad^2.
+    record: statistics of the initial pose so far. pose_ticks: number of its ticks so far.
+    known: (n, 4), segments to the root in the known pose. ties: relative orientations of all sensors in it.
+    headings: (n, 2), cosine and sine of half the heading correction of each sensor.
+    posed: (n,), whether each sensor has been aligned.
+    aligned_ns: instant of the alignment; None before.
+    failing: whether the pose has been refused; quiet_ns: instant until which that is not reported again.
+    seen: (m,), whether each joint is seen.
+    unseen: joints last reported as untracked; None before the first tick.
+    plausible: check for angles that no joint can have.
+    counted: (m,), whether each joint's uncertainty adds to that of the fingertips.
     ticks: number of the next tick.
     """
 
@@ -181,7 +182,7 @@ class SalchowState:
 
 
 def start(body: Body, method: Method, context: Context) -> SalchowState:
-    """Filters at their start, headings as they come."""
+    """Create the initial state of a tracker, without corrections of headings."""
     if not isinstance(context.clock, (RateClock, StampClock)):
         raise InputError(f"{context.name}.rate", "is missing", "the rate of the gyroscopes")
     n, m, period = len(body.sensed), len(body.tree.segments), context.clock.period_s
@@ -206,7 +207,7 @@ def _new_bank(sensors: int, period_s: float, method: Method) -> FrontEnd:
 
 
 def _beyond_a_sensor(body: Body) -> NDArray[np.bool_]:
-    """Joints (m,) with a sensor somewhere between them and the root: where there is none, none was meant."""
+    """Mask (m,) of joints with a sensor between them and the root; the others are not meant to be measured."""
     beyond = np.zeros(len(body.sensors), dtype=np.bool_)
     for k, parent in enumerate(body.tree.layout[:, 0]):
         if parent >= 0:
