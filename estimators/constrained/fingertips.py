@@ -1,14 +1,13 @@
-"""Fingertips from the joints' relative orientations, and their spread with errors that joints share.
+"""Fingertips from the joints' relative orientations, and their sd with errors that joints share.
 
 To first order a fingertip moves by L_k e_k for each segment k between it and the root, where e_k is the
-error of the rotation by which k hangs on its parent, in k's frame, and L_k e = (R_k e) x r, r from k's
-joint to the tip. A sensor's mounting error m_k enters at its own joint and, the other way round, at the
-next one, so that it turns one bone and not all that hangs on it:
+error of the rotation of k relative to its parent, in k's frame, and L_k e = (R_k e) x r, r from k's joint
+to the tip. A sensor's mounting error m_k enters at its own joint and, with the opposite sign, at the next
+one, so that it rotates one bone and not all bones beyond it:
 
     e_k = A_k (m_k - R_k' m_parent) + f_k
 
-with A_k what is left of an error once a share of what the joint forbids has been taken off, and f_k the
-filter's own error.
+where A_k removes a share of the part of an error that the joint forbids, and f_k is the filter's own error.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ Numbers = NDArray[np.int64]
 
 
 def moving_joints(body: Body, table: JointTable) -> Numbers:
-    """(segments,), number of the joint of `table` that moves each segment, -1 where none does; read-only."""
+    """Number of the joint in `table` that moves each segment, (segments,), -1 for none; read-only."""
     joints = np.full(len(body.tree.segments), -1, dtype=np.int64)
     joints[body.sensed[table.ends[:, 1]]] = np.arange(len(table.ends))
     joints.flags.writeable = False
@@ -42,13 +41,15 @@ def fingertip_posture(
     layout: Any, geometry: Any, tips: Any, joint_of: Any, relative: Any, q: Any, covariance: Any, doubt: Any,
     kinds: Any, axes: Any, pair_sd: float, axis_sd: float
 ) -> Any:
-    """Fingertips and their sd, (t, 3) each, m, in the root's frame.
+    """Fingertips and their sds, (t, 3) each, m, in the root's frame.
 
     Parameters
     ----------
-    layout, geometry: of the SegmentTree; tips (t,): the segments that end in one.
-    joint_of: (segments,), as `moving_joints` gives it.
-    relative, q, covariance, doubt, kinds, axes, pair_sd, axis_sd: as `posture` takes and gives them.
+    layout, geometry: of the SegmentTree.
+    tips: (t,), the segments that end in a fingertip.
+    joint_of: (segments,), as returned by `moving_joints`.
+    relative: (joints, 4), as returned by `posture`.
+    q, covariance, doubt, kinds, axes, pair_sd, axis_sd: as in `posture`.
     """
     count = layout.shape[0]
     turns, orientations, positions = np.zeros((count, 4)), np.empty((count, 4)), np.zeros((count, 3))
@@ -76,11 +77,11 @@ def _spread_of(
     relative: Any, covariance: Any, doubt: float, kind: int, axes: Any, pair_sd: float, axis_sd: float,
     kept: Any, own: Any
 ) -> None:
-    """A_k into `kept` and the covariance of f_k into `own`, (3, 3) each, of a joint that is seen."""
+    """Write A_k into `kept` and the covariance of f_k into `own`, (3, 3) each, for a joint that is seen."""
     share = mounting_share(pair_sd, axis_sd)
     a = (axes[1, 0], axes[1, 1], axes[1, 2])
     if kind != HINGE:
-        # The direction about which a saddle cannot turn; nothing for a ball.
+        # The axis about which a saddle cannot rotate; a ball joint has none.
         parent = (axes[0, 0], axes[0, 1], axes[0, 2])
         a = cross(a, rotated(conjugate(components(relative)), parent))
     for i in range(3):
@@ -100,7 +101,7 @@ def _spread_of(
 
 @compiled
 def _spread_unseen(geometry: Any, freedoms: int, own: Any) -> None:
-    """No knowledge of what the joint leaves free, into `own`."""
+    """Add the covariance of unknown angles of a joint's freedoms to `own`."""
     for f in range(freedoms):
         for i in range(3):
             for k in range(3):
@@ -112,7 +113,7 @@ def _spread_tip(
     layout: Any, geometry: Any, orientations: Any, positions: Any, turns: Any, kept: Any, own: Any, tip: int,
     mounted: float, sd: Any
 ) -> None:
-    """`sd` (3,) of one tip; `mounted` is the variance of a sensor's mounting about each axis, rad^2."""
+    """Write `sd` (3,) of one tip; `mounted` is the variance of a sensor's mounting about each axis, rad^2."""
     lever, through, beyond = np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
     variance = np.zeros(3)
     k = tip
@@ -133,7 +134,7 @@ def _spread_tip(
             break
         forward = conjugate(back)
         for i in range(3):
-            # Row times R_k': the row turned by R_k, into the parent's frame.
+            # A row times R_k' is the row rotated by R_k, into the parent's frame.
             row = rotated(forward, (through[i, 0], through[i, 1], through[i, 2]))
             beyond[i, 0], beyond[i, 1], beyond[i, 2] = row
         k = layout[k, 0]
@@ -143,7 +144,7 @@ def _spread_tip(
 
 @compiled
 def _lever(turn: Any, tip: Any, frame: Any, offset: Any, lever: Any) -> None:
-    """L_k, (3, 3): how the tip moves with a small rotation of a segment about its joint, in its own frame."""
+    """Write L_k (3, 3): motion of the tip per small rotation of a segment about its joint, in its frame."""
     bone = rotated(turn, (offset[0], offset[1], offset[2]))
     r = (tip[0] - frame[0] + bone[0], tip[1] - frame[1] + bone[1], tip[2] - frame[2] + bone[2])
     for a in range(3):

@@ -1,4 +1,4 @@
-"""Constraints of a joint's two segments as scalar measurements on `constrained.filter`'s error state."""
+"""Constraints of a joint as scalar measurements of the error state of `estimators.constrained.filter`."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from fesloop.hand.quaternion_kernels import conjugate, multiply
 N, LEVERS, TILTS = 16, 6, 12
 PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME = range(6)
 TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS, SPACING = range(6, 12)
-"""Index of each setting in `settings`: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error of the shared
-acceleration a rad^2/s^2 of rotation); s; rad; s; rad; rad/s; rad/s; s (between two measurements of a
-joint)."""
+"""Index of each setting in `settings`. Units, in this order: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error
+of the shared acceleration per rad^2/s^2 of rotation); s; rad; s; rad; rad/s; rad/s; s (between two
+measurements of a joint)."""
 
 
 _MEAN_TIME = 1.0
@@ -33,12 +33,12 @@ def mean_of(samples: Any, i: int) -> Any:
 def measure(
     cov: Any, h: Any, innovation: float, variance: float, x: Any, gain: Any, first: int, last: int
 ) -> float:
-    """A scalar measurement with row `h` on the error state `x` (N,) found so far at this instant.
+    """Update the error state `x` (N,) and its covariance with a scalar measurement of Jacobian row `h`.
 
-    The row is zero but for its first three places and those from `first` to before `last`. Gives minus twice
-    the logarithm of its likelihood, but for a constant.
+    `x` holds the error estimated so far at this instant. The row is zero except in its first three columns
+    and those from `first` to before `last`. Returns minus twice the log-likelihood, up to a constant.
     """
-    # Whole rows at a time, which the compiler turns into vector instructions.
+    # Loops over whole rows, which the compiler turns into vector instructions.
     for b in range(N):
         gain[b] = cov[0, b] * h[0] + cov[1, b] * h[1] + cov[2, b] * h[2]
     for a in range(first, last):
@@ -72,7 +72,7 @@ def _change(samples: Any, i: int, period: float) -> Any:
 
 @compiled
 def _spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
-    """[dw]x + [w]x [w]x into `matrix` (3, 3)."""
+    """Write [dw]x + [w]x [w]x into `matrix` (3, 3)."""
     size = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
     for i in range(3):
         for k in range(3):
@@ -87,9 +87,9 @@ def _spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
 
 @compiled
 def _lasting(s: Any, v: Any, wc: Any, period: float, settings: Any) -> Any:
-    """Force v, in the child's frame, with differences from its mean within the noise removed.
+    """Remove from force v, in the child's frame, its differences from the mean that are within the noise.
 
-    Only a change of the force's direction shows the heading about it. With noise taken for such a change, the
+    Only a change of the force's direction shows the heading about it. If noise counted as such a change, the
     sd of an unobservable heading would fall with every sample.
     """
     back = turn_by(-period * wc[0], -period * wc[1], -period * wc[2])
@@ -109,9 +109,9 @@ def shared_acceleration(
     q: Any, s: Any, cov: Any, gyr: Any, acc: Any, p: int, c: int, settings: Any, x: Any, h: Any,
     gain: Any, levers: Any
 ) -> float:
-    """The acceleration of the joint's centre, seen from both sides, into the error state x.
+    """Update the error state x with the acceleration of the joint's centre, measured from both sides.
 
-    `levers` (2, 3, 3) is written: how both sides depend on the lever arms, in the child's frame.
+    `levers` (2, 3, 3) is filled with the matrices of the lever arms on both sides, in the child's frame.
     """
     wp, wc, period = mean_of(gyr, p), mean_of(gyr, c), settings[PERIOD]
     dp, dc = _change(gyr, p, period), _change(gyr, c, period)
@@ -126,7 +126,7 @@ def shared_acceleration(
     for k in range(3):
         m[0, k], m[1, k], m[2, k] = rotated(to_child, (m[0, k], m[1, k], m[2, k]))
     spin = dot(wp, wp) + dot(wc, wc) + math.sqrt(dot(dp, dp) + dot(dc, dc))
-    # Values nearer to each other than the correlation time tell no more than one of them.
+    # Samples closer together than the correlation time carry no more information than one of them.
     variance = settings[FORCE] ** 2 + (settings[SPIN] * spin) ** 2
     variance *= max(1.0, settings[FORCE_TIME] / settings[SPACING])
     u = _lasting(s, v, wc, settings[SPACING], settings)
@@ -149,12 +149,11 @@ def shared_acceleration(
 def axes_agree(
     q: Any, s: Any, kind: int, axes: Any, zero: Any, cov: Any, settings: Any, x: Any, h: Any, gain: Any
 ) -> float:
-    """The axes of hinge and saddle, each tilted by what is believed so far, into the error state x.
+    """Update the error state x with the axes of a hinge or saddle, tilted as estimated so far.
 
-    Of a hinge, with e, f two directions across its axis, both components of
-    (a + c_1 e + c_2 f) - R' (p + d_1 Z e + d_2 Z f) = 0 across it, Z the rotation at angle zero. Of a
-    saddle, whose axes p, a are each across the other, with n = p x a,
-    (a + c_1 p + c_2 n) . R' (p + d_1 a + d_2 n) = 0.
+    For a hinge, with e, f two directions perpendicular to its axis and Z the rotation at angle zero, both
+    perpendicular components of (a + c_1 e + c_2 f) - R' (p + d_1 Z e + d_2 Z f) are zero. For a saddle, with
+    perpendicular axes p, a and n = p x a, (a + c_1 p + c_2 n) . R' (p + d_1 a + d_2 n) = 0.
     """
     if kind == BALL:
         return 0.0
@@ -165,7 +164,7 @@ def axes_agree(
         f = cross(p, a)
         k = f
     else:
-        # Across the axis, beginning with whichever of x and y is farther from it.
+        # Perpendicular to the axis, starting from whichever of x and y is farther from it.
         e = unit(cross(a, (1.0, 0.0, 0.0) if abs(a[0]) < abs(a[1]) else (0.0, 1.0, 0.0)))
         f = cross(a, e)
         g, k = rotated(components(zero), e), rotated(components(zero), f)
@@ -174,7 +173,7 @@ def axes_agree(
     v = rotated(to_child, (p[0] + s[13] * g[0] + s[14] * k[0], p[1] + s[13] * g[1] + s[14] * k[1],
                            p[2] + s[13] * g[2] + s[14] * k[2]))
     g, k = rotated(to_child, g), rotated(to_child, k)
-    # Values nearer to each other than the correlation time tell no more than one of them.
+    # Samples closer together than the correlation time carry no more information than one of them.
     variance = settings[TISSUE] ** 2 * max(1.0, settings[TISSUE_TIME] / settings[SPACING])
     if kind == SADDLE:
         h[0], h[1], h[2] = cross(own, v)
@@ -191,7 +190,7 @@ def axes_agree(
 
 @compiled
 def correct(q: Any, s: Any, x: Any) -> None:
-    """Add the estimated error to the state, and set it to zero."""
+    """Add the estimated error to the state, and reset the error to zero."""
     store(q, multiply(components(q), turn_by(x[0], x[1], x[2])))
     for i in range(9):
         s[i] += x[3 + i]

@@ -21,7 +21,7 @@ from fesloop.hand.quaternion_kernels import (
 
 @compiled
 def joint_angles(q: Any, kind: int, axes: Any, zero: Any) -> Any:
-    """Angles of a joint, rad, and their derivatives by t: three of each, the joint's own first."""
+    """Angles of a joint, rad, and their derivatives by the rotation t: three each, the free ones first."""
     quat = components(q)
     nothing = (0.0, 0.0, 0.0)
     if kind == HINGE:
@@ -53,7 +53,7 @@ def joint_angles(q: Any, kind: int, axes: Any, zero: Any) -> Any:
 
 @compiled
 def _allowed(q: Any, kind: int, axes: Any, share: float) -> Any:
-    """q with `share` of what its joint forbids taken off, by the least rotation that does."""
+    """Remove `share` of the forbidden part of q by the smallest rotation that does so."""
     if kind == BALL:
         return q
     a = (axes[0, 0], axes[0, 1], axes[0, 2])
@@ -75,17 +75,18 @@ def posture(
 ) -> Any:
     """Posture of the whole tree from its joint filters.
 
-    Returns orientations (n, 4); angles (angles,) with their sd, rad, zero and pi for angles without a joint;
-    relative orientations (joints, 4), without what the joints forbid; and the largest sd of each joint
+    Returns orientations (n, 4); angles (angles,) and their sds, rad, zero and pi for angles without a joint;
+    relative orientations (joints, 4), without their forbidden part; and the largest sd of each joint
     (joints,), rad, infinite for an unknown one.
 
     Parameters
     ----------
     roots: (roots, 4), orientation of the sensors `root_of` (roots,).
     q, covariance: of the joints' filters; q is NaN for a joint that has not begun.
-    doubt: (joints,), rad, sd of a heading that is not decided.
-    ends, kinds, axes, zero, first_angle: as in JointTable; `angles` in all.
-    pair_sd, axis_sd: rad, each axis, of one sensor's mounting against the other's, and of the axes.
+    doubt: (joints,), rad, sd of a heading that is undecided.
+    ends, kinds, axes, zero, first_angle: as in JointTable. angles: number of all angles.
+    pair_sd, axis_sd: sds about each axis of one sensor's mounting relative to the other's, and of the joint's
+        axes, rad.
     """
     orientation, relative = np.empty((roots.shape[0] + ends.shape[0], 4)), np.empty((ends.shape[0], 4))
     values, sds = np.zeros(angles), np.full(angles, math.pi)
@@ -104,7 +105,7 @@ def posture(
         found, rows = joint_angles(between, kinds[j], axes[j], zero[j])
         for i in range(kinds[j] + 1):
             row = rows[i]
-            # A tilt of one of a saddle's axes about the other is a turn about the other.
+            # A tilt of one axis of a saddle about the other is a rotation about the other.
             variance = doubt[j] ** 2 + (0.5 * axis_sd ** 2 if kinds[j] == SADDLE else 0.0)
             for a in range(3):
                 for b in range(3):
@@ -119,5 +120,5 @@ def posture(
 
 @compiled
 def mounting_share(pair_sd: float, axis_sd: float) -> float:
-    """Share of the sensors' mounting, not the axes' tilt, in a rotation that a joint forbids."""
+    """Share of a forbidden rotation that is due to the sensors' mounting, not to tilted axes."""
     return pair_sd ** 2 / (pair_sd ** 2 + axis_sd ** 2)

@@ -18,7 +18,7 @@ def turn_by(x: float, y: float, z: float) -> Any:
 
 @compiled
 def rotated(q: Any, v: Any) -> Any:
-    """v turned by the unit quaternion q."""
+    """Rotate v by the unit quaternion q."""
     w, x, y, z = q
     a = 2.0 * (y * v[2] - z * v[1])
     b = 2.0 * (z * v[0] - x * v[2])
@@ -28,32 +28,32 @@ def rotated(q: Any, v: Any) -> Any:
 
 @compiled
 def components(row: Any) -> Any:
-    """A row of four as a tuple."""
+    """Convert a row of four to a tuple."""
     return row[0], row[1], row[2], row[3]
 
 
 @compiled
 def cross(a: Any, b: Any) -> Any:
-    """a x b."""
+    """Vector product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @compiled
 def dot(a: Any, b: Any) -> float:
-    """a . b."""
+    """Scalar product a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]  # type: ignore[no-any-return]
 
 
 @compiled
 def unit(a: Any) -> Any:
-    """a with length 1."""
+    """Scale a to length 1."""
     length = math.sqrt(dot(a, a))
     return a[0] / length, a[1] / length, a[2] / length
 
 
 @compiled
 def store(q: Any, value: Any) -> None:
-    """`value` into the row q, with length 1."""
+    """Write `value`, scaled to length 1, into the row q."""
     length = math.sqrt(value[0] ** 2 + value[1] ** 2 + value[2] ** 2 + value[3] ** 2)
     for i in range(4):
         q[i] = value[i] / length

@@ -207,7 +207,7 @@ def _new_bank(sensors: int, period_s: float, method: Method) -> FrontEnd:
 
 
 def _beyond_a_sensor(body: Body) -> NDArray[np.bool_]:
-    """Mask (m,) of joints with a sensor between them and the root; the others are not meant to be measured."""
+    """Mask (m,) of joints with a sensor between them and the root; others are not meant to be measured."""
     beyond = np.zeros(len(body.sensors), dtype=np.bool_)
     for k, parent in enumerate(body.tree.layout[:, 0]):
         if parent >= 0:
