@@ -54,7 +54,7 @@ def _acting(connections: Sequence[Connection]) -> set[int]:
 def upstream_first(plants: set[str], connections: Sequence[Connection]) -> list[set[str]]:
     """Names of plants that exchange, in stages: no stage has input from a later one; a ring is one stage."""
     exchanges = [(c.source.name, c.target.name) for c in connections
-             if c.heard and c.source.name in plants and c.target.name in plants]
+                 if c.heard and c.source.name in plants and c.target.name in plants]
     stages: list[set[str]] = []
     left = set(plants)
     while left:

@@ -37,9 +37,9 @@ _ROUGH = 0.6
 """Root mean square deviation of the samples' length, relative to gravity, above which a window is not used
 (chosen)."""
 _LEAST_WINDOWS = 16
-"""A recording is cut into so many where it has the samples: one that states too high a rate looks short."""
+"""Least windows of a recording with enough samples: one that states too high a rate looks short."""
 _MOST_WINDOWS, _FEW_WINDOWS = 240, 24
-"""Windows that judge the rates, and windows in which all explanations are searched."""
+"""Most windows that judge the rates, and most windows that are searched for all explanations."""
 _SD_RAD = np.radians(2.0)
 """Motion of gravity that drift of a gyroscope and noise leave (chosen: 1 deg/s leaves 1.1 deg)."""
 _TAIL = 1.5
@@ -47,7 +47,7 @@ _TAIL = 1.5
 _ALPHA = 1e-6
 """Probability of a false alarm for each sensor (chosen)."""
 _CONSISTENT = 4.0
-"""Factor by which evidence for an explanation outweighs that against it, window by window (chosen)."""
+"""Least ratio of the evidence for an explanation to that against it, over all windows (chosen)."""
 _MOVES = 9.0
 """Squared standard deviations above which gravity, or the rates, move in a window."""
 _LEAST_FACTOR = 1.15
@@ -79,16 +79,16 @@ Verdict = Literal["agrees", "no_information", "axes", "scale", "axes_and_scale",
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Agreement:
-    """Whether the rates of a sensor explain how gravity turns in it, and what would.
+    """Agreement of a sensor's rates with the rotation of gravity in it, or another explanation.
 
     Attributes
     ----------
     verdict: "agrees", where half and twice the rates do clearly worse and no other factor better;
-        "no_information", where too little turns, or too roughly, to say; "axes", "scale" or both, where
+        "no_information", where rotation is too small, or too rough, to judge; "axes", "scale" or both, where
         `factor` times `axes` @ rates explains it; "exchange", where the rates of sensor `other` do;
-        "disagrees", where nothing of this does better than no turn at all.
+        "disagrees", where none of these does better than no rotation.
     axes: (3, 3), signed permutation.
-    factor: of the rates that explains gravity; of "no_information" one that is likelier than 1, not shown.
+    factor: of the rates that explains gravity; with "no_information" a likelier one than 1, not shown.
     other: number of a sensor; its own where it is not an exchange.
     """
 
@@ -220,9 +220,9 @@ def _excluded(own: _Windows, step_s: float, score: Array) -> bool:
 
 
 def _judging(own: _Windows, step_s: float) -> NDArray[np.intp]:
-    """Numbers of the windows that judge: of many, half are spread evenly, half are those where most moves.
+    """Numbers of the windows that judge: of many, half are spread evenly, half are those with most motion.
 
-    What moves is seen by gravity alone: chosen by the rates too, windows would be those where they are wrong.
+    Motion is that of gravity alone: a choice by the rates too would prefer windows with wrong rates.
     """
     at = np.flatnonzero(own.sound)
     if at.size <= _MOST_WINDOWS:
@@ -235,7 +235,7 @@ def _judging(own: _Windows, step_s: float) -> NDArray[np.intp]:
 
 
 def _unrelated(own: _Windows, step_s: float, score: Array, resting: Array) -> bool:
-    """Whether gravity moves as if the rates were those of any motion as lively as this one."""
+    """Whether gravity moves as if the rates came from another motion that is as lively as this one."""
     mean = np.broadcast_to(own.acc.mean(axis=1, keepdims=True), own.acc.shape)
     turned = _squares(own.gyr[np.newaxis], mean, step_s, own.variance)[0]
     moving = np.maximum(resting, turned) > _MOVES
@@ -247,13 +247,13 @@ def _unrelated(own: _Windows, step_s: float, score: Array, resting: Array) -> bo
 def _score(squares: Array) -> Array:
     """Minus the logarithm of the likelihood of squared residuals, in squared standard deviations.
 
-    That of Student's t distribution in a plane, of one degree of freedom.
+    The likelihood is Student's t distribution in a plane, of one degree of freedom.
     """
     return np.asarray(_TAIL * np.log1p(squares))
 
 
 def _consistent(ahead: Array) -> bool:
-    """Whether windows speak for an explanation one by one, not a few of them alone."""
+    """Whether the windows as a whole support an explanation, not a few of them alone."""
     return bool(ahead[ahead > 0.0].sum() > -_CONSISTENT * ahead[ahead < 0.0].sum())
 
 
@@ -316,7 +316,8 @@ def _simplest(scores: Array) -> int:
 def _squares(rates: Array, acc: Array, step_s: float, variance: Array) -> Array:
     """Mean square deviation of gravity in windows that rates turn into one frame, in variances.
 
-    The greater of those of short and of long means; what is lost of gravity's length in a mean counts too.
+    It is the greater of the deviations of short and of long means; the loss of gravity's length in a mean
+    counts too.
 
     Parameters
     ----------

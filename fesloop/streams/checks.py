@@ -15,12 +15,12 @@ Array = NDArray[np.float64]
 FASTEST_GYR = 60.0
 """rad/s; gyroscopes end at 2000 to 3000 deg/s (35 to 52 rad/s), so more means another unit (chosen)."""
 GRAVITY_BAND = (7.5, 13.0)
-"""m/s^2; where the median length of an accelerometer's samples may lie, scale errors of 20 % and lively
-movement allowed for (chosen)."""
+"""m/s^2; range of the median length of an accelerometer's samples, which allows for scale errors of 20 % and
+lively movement (chosen)."""
 FIELD_BAND = (2e-6, 1e-3)
 """T; the Earth's field is 25 to 65 uT, and iron indoors changes it by less than tenfold (chosen)."""
 EARTH_BAND = (15e-6, 100e-6)
-"""T, in which a field is the Earth's; a factor that leads there is a unit's (chosen)."""
+"""T; range of the Earth's field; a factor that leads into it is a factor of units (chosen)."""
 _UNITS = {"uT": 1e-6, "gauss": 1e-4, "mgauss": 1e-7, "nT": 1e-9, "mT": 1e-3}
 
 
@@ -47,7 +47,7 @@ def numbers(content: Mapping[str, Any], key: str, shape: Sequence[int | None], w
 
 
 def finite(array: Array, place: str) -> None:
-    """Every row is of finite numbers."""
+    """Raise InputError unless every row is of finite numbers."""
     bad = ~np.isfinite(array.reshape(array.shape[0], -1)).all(axis=1)
     if bad.any():
         raise InputError(place, f"{int(bad.sum())} of {bad.size} samples are not finite, the first is sample "
@@ -119,7 +119,7 @@ def orientations(quaternions: Array, place: str) -> Array:
 
 
 def equal_lengths(lengths: Mapping[str, int], where: str) -> None:
-    """All keys have as many samples as the first."""
+    """Raise InputError unless all keys have as many samples as the first."""
     first = next(iter(lengths))
     for key, length in lengths.items():
         if length != lengths[first]:

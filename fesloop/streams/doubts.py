@@ -19,12 +19,12 @@ from fesloop.streams.recording import MotionRecording
 Doubts = tuple[tuple[str, str], ...]
 _MOST_SHOWN = 4
 _REPEATS, _REPEATS_S = 10, 0.1
-"""Samples, and s, for which a sensor must repeat itself (as for the status `frozen_sample` of trackers)."""
+"""Number and duration, s, of equal samples that count as repeated (as for a tracker's `frozen_sample`)."""
 _FLAT = 3
 """Equal samples in a row that are flat (chosen: noise forbids two)."""
 _STEPS = 4.0
-"""Steps of the numbers' resolution by which samples must jump to a flat and from it: at the top of a smooth
-curve coarse numbers are equal as well, but rise to it by one step (chosen)."""
+"""Least jump of samples to a flat and from it, in steps of the numbers' resolution: coarse numbers are equal
+at the top of a smooth curve as well, but rise to it by one step (chosen)."""
 _OUTERMOST = 0.7
 """Share of a sensor's greatest sample below which a flat is not the end of its range (chosen)."""
 _RANGES = {"gyr": (180.0 / np.pi, "deg/s", "gyr_range_deg_s"), "acc": (1.0 / GRAVITY, "g", "acc_range_g")}
@@ -133,7 +133,7 @@ def repeated_text(recording: MotionRecording, first: int = 0, stop: int | None =
 
 
 def clipped_text(recording: MotionRecording, first: int = 0, stop: int | None = None) -> str:
-    """Sensors whose samples are clipped, at what, and the setting that tells trackers; empty for none."""
+    """Text on sensors with clipped samples, their range, and the trackers' setting; empty for none."""
     clipped, settings = [], []
     for kind, (scale, unit, setting) in _RANGES.items():
         samples = getattr(recording, kind)[first:stop]
@@ -155,7 +155,7 @@ def clipped_at(samples: Array) -> tuple[float, int]:
     there = samples[np.isfinite(samples).all(axis=1)]
     if not len(there):
         return 0.0, 0
-    # A sample that repeats the one before in all axes is held, not clipped.
+    # A sample that repeats the one before in all axes is a repeated sample, not a clipped one.
     new = there[np.concatenate([[True], np.any(np.diff(there, axis=0) != 0.0, axis=1)])]
     outer = _OUTERMOST * float(np.abs(new).max())
     flats = [flat for column in new.T for sign in (1.0, -1.0) for flat in _flats(sign * column, outer)]

@@ -60,7 +60,7 @@ def require_sound_heaps(path: Path) -> None:
 
 
 def _require_sound_heap(file: int, start: int, file_size: int) -> None:
-    """Walk the objects of the heap at `start`: each must lie within it and take more than no bytes."""
+    """Check the objects of the heap at `start`: each must be inside it and take some bytes."""
     header = os.pread(file, _HEAP_HEADER.size, start)
     if len(header) < _HEAP_HEADER.size:
         return
@@ -95,7 +95,7 @@ def text(values: Mapping[str, Any], key: str, where: str) -> str:
 
 
 def _undecoded(value: str) -> bool:
-    """Whether text holds surrogates, which stand for bytes that are no UTF-8."""
+    """Whether text has surrogates, which replace bytes that are not UTF-8."""
     return any("\ud800" <= letter <= "\udfff" for letter in value)
 
 
@@ -115,9 +115,9 @@ def members(group: h5py.Group, where: str) -> dict[str, h5py.Group | h5py.Datase
 
 
 def array(item: Any, where: str) -> np.ndarray[Any, Any]:
-    """All values of a dataset.
+    """Return all values of a dataset.
 
-    Raises InputError for what is no dataset, lies in other files, or is damaged.
+    Raises InputError for an item that is no dataset, has its values in other files, or is damaged.
     """
     if not isinstance(item, h5py.Dataset):
         raise InputError(where, "is missing" if item is None else "is no dataset", "a dataset")

@@ -1,7 +1,7 @@
 """Axes of sensors compared with those of the hand segments that they are named after.
 
-Nothing but a layout or a calibration says how a sensor is turned against its segment; without either its axes
-count as the segment's. On both sides of a hinge the parts of the rates across its axis are equally large
+Only a layout or a calibration says how a sensor is rotated against its segment; without either its axes count
+as the segment's. On both sides of a hinge the parts of the rates across its axis are equally large
 (Olsson, Kok, Seel and Halvorsen 2020, doi 10.3390/s20123534), in whatever motion. Here all pairs of
 directions are tried for that axis. Where none near the segments' own explains the rates, but others do, the
 sensors' axes are not the segments'.
@@ -37,19 +37,20 @@ _SD_RAD_S, _SD_SHARE = 0.05, 0.15
 _WRONG = 0.4
 """Mean squared residual, in variances, above which axes do not explain the rates (chosen)."""
 _BETTER = 4.0
-"""Factor by which the residual of other axes must be less (chosen)."""
+"""Least ratio of the residual to that of other axes that count as better (chosen)."""
 _SHARE = 0.8
-"""Share of the informative blocks that must speak for the other axes (chosen)."""
+"""Least share of informative blocks that support the other axes (chosen)."""
 _MOST_NAMED = 4
 
 
 class HingeSeen(NamedTuple):
-    """The axis of a hinge as the rates of its two sensors show it.
+    """Axis of a hinge, estimated from the rates of its two sensors.
 
     Attributes
     ----------
     wrong: whether no axis near those of the segments explains the rates, and another one does.
-    parent, child: (3,), unit vectors in the frames of the two sensors; which end of the axis is not seen.
+    parent, child: (3,), unit vectors in the frames of the two sensors; the sign of the axis is not
+        determined.
     """
 
     wrong: bool

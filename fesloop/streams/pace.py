@@ -22,11 +22,11 @@ Numbers = NDArray[np.int64]
 _LATE = 1.5
 """Periods from one sample to the next above which one may be missing between them."""
 _MISSING = 0.5
-"""Periods by which all that follow are later, above which one is missing (chosen: half way to none)."""
+"""Delay of all later samples, in periods, above which one is missing (chosen: half way to none)."""
 _DEVIATIONS = 4.0
 """Standard deviations of the jitter below which a delay is jitter (chosen)."""
 _AROUND, _MOST_AROUND = 8, 4096
-"""Samples before and after a delay in which the earliest is looked for, besides those that catch up."""
+"""Samples before and after a delay that are searched for the earliest, besides those that catch up."""
 _USUAL_STEP = 0.7, 1.05
 _STATED_STEP = 0.45, 1.05
 """Bounds of a usual step, and of a stated period, relative to the mean of a few steps, where few samples are
@@ -41,14 +41,14 @@ _FASTEST_HZ = 5000.0
 _LAG, _BLOCK = 16, 64
 """Samples over which a rate is computed, and number of such rates in one median (chosen)."""
 _STEADY = 0.02
-"""Relative difference allowed between the rate of a stretch and that of all (chosen: sensors' clocks are
-within 1 %)."""
+"""Relative difference allowed between the rate of a stretch and that of all samples (chosen: sensors' clocks
+are within 1 %)."""
 _REFINEMENTS = 5
 _LEVEL_AROUND, _LEVEL_LEAST = 512, 64
 """Samples before and after a step back whose levels are compared, at most and at least: a sender that stamps
 chunk by chunk steps back at many of them, and forward again at others (chosen)."""
 _CHUNK_AROUND, _CHUNKS = 16, 3
-"""Samples on each side over which steps back are compared, and how many of half the size are those of a
+"""Samples on each side over which steps back are compared, and number of steps of half the size that show a
 sender that stamps chunk by chunk, each late by another time (chosen)."""
 _MOST_MISSING = 5_000_000
 """Samples in gaps that are played: more than half a day at 100 Hz (chosen)."""
@@ -132,7 +132,7 @@ def _likely_period(times_s: Array, steps: Array, stated_hz: float) -> float:
 
 
 def packets(times_s: Array) -> float:
-    """Mean size of the packets in which samples (n,) arrive that are stamped on arrival; 0 for none.
+    """Mean size of the packets of samples (n,) that are stamped on arrival; 0 for none.
 
     Most steps are then shorter than any inertial sensor's period, and the others make up the time.
     """
@@ -177,7 +177,7 @@ def set_back(times_s: Array) -> tuple[int, float] | None:
     period = float(np.median(times_s[lag:] - times_s[:-lag])) / lag
     if not period > 0.0:
         return None
-    # No step of a normal jitter is below this, and the others need not be looked at.
+    # No step of a normal jitter is below this, and the others are skipped.
     scatter = 1.4826 * float(np.median(np.abs(steps - np.median(steps))))
     number = np.arange(times_s.size, dtype=np.float64)
     back = np.flatnonzero(steps < min(0.0, period - _DEVIATIONS * scatter)) + 1

@@ -210,12 +210,12 @@ def read_container(path: Path) -> Any:
 
 
 def is_hdf5(head: bytes) -> bool:
-    """Whether a file that starts so is HDF5; MATLAB puts 512 bytes of its own before."""
+    """Whether a file with this head is HDF5; MATLAB puts 512 bytes of its own before."""
     return head.startswith(HDF5) or (head.startswith(MATLAB_73) and head[512:].startswith(HDF5))
 
 
 def is_container(head: bytes) -> bool:
-    """Whether a file that starts so is one of the containers."""
+    """Whether a file with this head is one of the containers."""
     return is_hdf5(head) or head.startswith((ZIP, MATLAB, MATLAB_73))
 
 
@@ -234,6 +234,6 @@ def head_of(path: Path, allowed: str) -> bytes:
 
 
 def form_of(path: Path) -> str:
-    """Attribute `format` of an HDF5 file, by which fesloop knows its own; empty where it has none."""
+    """Attribute `format` of an HDF5 file, which fesloop writes into its own; empty where there is none."""
     form: str = read_file("hdf5", path)["format"]
     return form

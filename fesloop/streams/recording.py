@@ -83,8 +83,8 @@ class MotionRecording:
     left_out: labels of channels of the file's inertial sensors that are not understood, and so not here.
     resampled_hz: by name, the rate that each stream of the source had before all were brought to common
         instants, Hz; empty where samples are as they were taken.
-    origin_s: instant of the first sample on the clock of the source, by which its other streams (muscle
-        signals, markers) are stamped too; None where the source brings no instants.
+    origin_s: instant of the first sample on the clock of the source, which stamps its other streams (muscle
+        signals, markers) too; None where the source has no instants.
     """
 
     path: Path

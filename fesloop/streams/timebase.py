@@ -20,11 +20,11 @@ _SIMPLE = 1000
 _ROUNDING_S = 1e-6
 """Stamps that differ by no more from evenly spaced ones are evenly spaced, and rounded."""
 _STATED_AGREES = 0.05
-"""Relative difference allowed between a stated rate and that of the stamps (chosen: sensors' clocks are
+"""Relative difference allowed between a stated rate and the rate of the stamps (chosen: sensors' clocks are
 within 1 %; a rate in another unit or of another table is further off)."""
 
 _FEW = 10.0
-"""Standard deviations of a stamp's jitter by which first and last of a few samples may be wrong (chosen)."""
+"""Greatest error of the first and last of a few stamps, in standard deviations of their jitter (chosen)."""
 
 
 def exact_rate(hertz: float, where: str, uncertainty: float = 1e-9) -> Fraction:

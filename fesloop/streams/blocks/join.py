@@ -21,7 +21,7 @@ class Join:
     """Puts the rows of several inputs under each other.
 
     Inputs `first`, `second`, ... (k_i, columns), output `joined` (sum of k_i, columns), all in `unit`; with
-    `columns` 0 they are vectors (k_i,). Each input holds its newest message, so that late rows lie beside
+    `columns` 0 they are vectors (k_i,). Each input holds its newest message, so that late rows are beside
     fresh ones; the output carries the oldest and the newest capture of all. Rows of an input that nothing
     has reached yet are NaN, and the status "waiting" names it.
 

@@ -101,7 +101,7 @@ def recording_of(
                 raise InputError(place, f"has shape {samples.shape}", f"({stamps_ns.size}, 3)")
             _PLAUSIBLE[kind](samples, place)
             stacked[kind].append(samples)
-    # Columns of a table lie apart in memory, and filters take samples that lie together.
+    # Columns of a table are strided in memory, and filters take contiguous samples.
     gyr, acc, mag = (np.ascontiguousarray(np.stack(stacked[kind], axis=1)) if kind in stacked else None
                      for kind in ("gyr", "acc", "mag"))
     assert gyr is not None
@@ -136,7 +136,7 @@ class Part:
     Attributes
     ----------
     name: for messages, "stream imu".
-    key: by which `sensor_set` chooses it.
+    key: its name in `sensor_set`.
     times_s: (n,), on a clock that all parts share.
     values: (n, columns).
     channels: of inertial sensors, by number of the column.

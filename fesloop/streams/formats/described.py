@@ -157,7 +157,7 @@ def _turned(orientations: Array, sensor: SensorLayout) -> Array:
 def _on_one_clock(reference: Reference, source: Source, layout: Layout, where: str) -> Reference:
     """The reference from the first sample on, where both have instants; else both begin together.
 
-    Raises InputError where fewer than two of its instants lie within those of the samples.
+    Raises InputError where fewer than two of its instants are within the span of the samples.
     """
     if layout.time is None or layout.reference.time is None:
         return reference
@@ -176,8 +176,8 @@ def _on_one_clock(reference: Reference, source: Source, layout: Layout, where: s
 def _require_same_pace(reference: Stamps, samples: Stamps, layout: Layout, where: str) -> None:
     """Raise InputError where a stated rate makes orientations last longer or shorter than as many samples.
 
-    Rows of a table, and matrices of as many rows, are of the same instants. Another number of rows belongs to
-    another system, which may have begun and ended at other instants; so do stamps of its own in the file.
+    Rows of a table, and matrices of as many rows, have the same instants. Another number of rows, or stamps
+    of their own, belong to another system, which may have begun and ended at other instants.
     """
     key = "reference.rate" if layout.reference.rate is not None else "rate"
     if (layout.rate is None and layout.reference.rate is None) or reference.size != samples.size:

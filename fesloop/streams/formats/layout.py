@@ -154,9 +154,9 @@ class Layout:
     sensors: by name, in the order of the recording.
     rate: of the samples, Hz; or `time`: their instants, in `units.time`, any first one.
     every: of kinds of samples that are not in every row.
-    units, text, reference: see there.
+    units, text, reference: their own tables.
     pairs: names of (parent, child) sensors on neighbouring segments, each pair once, in no loop.
-    resample: rate of common instants to which streams of an XDF file are brought, Hz.
+    resample: rate of the common instants for resampling the streams of an XDF file, Hz.
     """
 
     sensors: dict[str, SensorLayout]

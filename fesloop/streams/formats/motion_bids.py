@@ -33,7 +33,7 @@ _MISSING = ("n/a",)
 _TABLE = TextForm(separator="\t", header=0, missing=_MISSING)
 _REQUIRED = ("name", "component", "type", "tracked_point", "units")
 _LEVELS = 4
-"""Folders above a file in which BIDS has what holds for several files: motion, session, subject, dataset."""
+"""Levels of folders with BIDS metadata that several files share: motion, session, subject, dataset."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,10 @@
-"""Samples of several rates: brought to common instants, held where a layout says so, or refused.
+"""Samples of several rates: resampled at common instants, repeated where a layout says so, or refused.
 
-Streams of different clocks come to common instants where a user gives a rate. Each value then lies on the
-straight line between the two samples around its instant. Nothing is made up where there are no samples:
-before a stream's first and after its last, in a gap, and beside a lost sample it is NaN. Instants at which no
-stream has a sample are left out, so that a gap of all streams stays a gap of the stamps.
+Streams of different clocks are resampled at common instants where a user gives a rate. Each value is
+interpolated linearly between the two samples around its instant. Nothing is made up where there are no
+samples: before a stream's first and after its last, in a gap, and beside a lost sample the value is NaN.
+    Instants without a sample of any stream are left out, so that a gap of all streams stays a gap of the
+    stamps.
 
 Rows of one table may hold samples of several rates as well. A sensor that loses samples loses all its kinds
 at once, at irregular rows. A kind that is missing while others of the same sensor are there, row after row,
@@ -126,8 +127,8 @@ _STRETCHES = 20
 _REGULAR = 0.95
 """Share of stretches of one length, or one more, that is no chance (chosen)."""
 _ALONE = 0.35
-"""Share of a sensor's rows that one kind may lack while others are there (chosen: of two rates without
-common rows, one lacks half or more)."""
+"""Share of a sensor's rows that one kind may lack while other kinds are there (chosen: if two rates have no
+common rows, one kind lacks half or more)."""
 
 
 def require_one_rate(recording: MotionRecording) -> None:
@@ -146,7 +147,7 @@ def require_one_rate(recording: MotionRecording) -> None:
 
 
 def _has_own_rate(there: Flags, sensor_there: Flags) -> bool:
-    """Whether rows (n,) with a sample of a kind are of another rate than all rows."""
+    """Whether rows (n,) with a sample of a kind have another rate than all rows."""
     missing, filled = _stretches(there)
     if missing.size < _STRETCHES:
         return False
@@ -164,7 +165,7 @@ def _stretches(there: Flags) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _is_regular(lengths: NDArray[np.int64]) -> bool:
-    """Whether lengths are one number, or that and the next, as of two rates in one table."""
+    """Whether lengths are one number, or that number and the next, as with two rates in one table."""
     counts = np.bincount(lengths)
     pairs = counts + np.append(counts[1:], 0)
     return bool(pairs.max() >= _REGULAR * lengths.size)
@@ -188,7 +189,7 @@ def _ordinal(number: int) -> str:
 
 
 def hold(samples: Mapping[str, Array], every: Mapping[str, int]) -> dict[str, Array]:
-    """Samples {kind: (n, 3)} with each value held until the next, for `every` - 1 rows at most."""
+    """Samples {kind: (n, 3)} with each value repeated until the next, for `every` - 1 rows at most."""
     return {kind: _held(values, every.get(kind, 1)) for kind, values in samples.items()}
 
 

@@ -34,10 +34,11 @@ _LEAST_RESET_S, _RESET_DEVIATIONS = (5.0, 1.0), (5.0, 10.0)
 """A clock was reset where the time between offsets and the offsets both jump by more than these s and median
 absolute deviations (pyxdf 1.17)."""
 _LEAST_JUMP_S, _OFFSETS_AROUND = 0.02, 12
-"""A clock was reset as well where its offsets lie at another level than before, by more than so many s and
-than their scatter (chosen: measurements over a radio scatter by some ms; those of a minute are compared)."""
+"""A clock was also reset where the level of its offsets changes by more than so many s and more than their
+scatter (chosen: measurements over a radio scatter by some ms); so many offsets on each side, a minute's, are
+compared."""
 _STEEPEST = 1e-3
-"""No clock gains more on another (sensors' clocks: 1e-4); a slope above is of scatter between few offsets."""
+"""Greatest drift of one clock against another (sensors' clocks: 1e-4); few scattered offsets exceed it."""
 _PACKET_RATE = 0.9, 1.1
 """Rates of packets that share a stamp, relative to the stated rate (`require_rate` judges the rest)."""
 _STEADY = "streams of steady clocks"
@@ -58,7 +59,7 @@ class XdfStream:
     stamps_s, times_s: (n,), on the sender's clock, and on the recorder's.
     values: (n, channels).
     clock_s, offset_s: instants on the sender's clock, and the recorder's clock less it then.
-    key: by which a user chooses it: its name, of the second stream of one name "imu#2".
+    key: name with which a user chooses it; "imu#2" for the second stream named "imu".
     """
 
     name: str

@@ -44,7 +44,7 @@ class LslEvents:
     Attributes
     ----------
     stream: name of the stream.
-    source_id: by which receivers find it again; empty: "fesloop" and the stream's name.
+    source_id: lets receivers find the stream again; empty: "fesloop" and the stream's name.
     blocks: names of the blocks whose statuses are sent; empty: all.
     mark_name: name of `mark` in the stream.
     network: "loopback" to be found from this machine; "lab" to be found from the local network.

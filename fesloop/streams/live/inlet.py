@@ -102,8 +102,8 @@ class InletStandIn:
 
 _SAMPLES, _WAIT_S = 10, 2.0
 _CLOCKS_AGREE_NS = NS_PER_S // 2
-"""Age of a sample, or lead, above which its stamps count as those of another clock (chosen: the age at which
-a safety block stops, by default)."""
+"""Age of a sample, or lead, above which its stamps count as those of another clock (chosen: the default age
+at which a safety block stops)."""
 _RATE_AGREES = 0.01
 """Relative difference allowed between stated and nominal rate (chosen: sensors' clocks are better)."""
 _PLAUSIBLE: Mapping[str, Callable[[NDArray[np.float64], str], None]] = {
@@ -173,10 +173,10 @@ class LslInlet:
     Outputs of inertial sensors: `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, with magnetometers, `mag` (n, 3)
     T. Of a posture: `angles` (k,) rad. NaN is a lost number: the sender says so, or it is infinite.
 
-    When nothing has come for `silent_ms` it ticks at its nominal rate all the same, so that whatever is on
-    its clock, such as a safety block, still acts: the outputs are then NaN, and the capture is that of the
-    last sample, which grows older. So it is with samples that are nothing but NaN, with those of inertial
-    sensors that are the same to the last bit six times on end, and while samples come at a wrong rate.
+    When no sample has arrived for `silent_ms`, it ticks at its nominal rate all the same, so that blocks on
+    its clock, such as a safety block, still act: the outputs are then NaN, and the capture is that of the
+    last sample, which grows older. The same holds for samples of NaN alone, for samples of inertial sensors
+    that are equal to the last bit six times in a row, and while samples come at a wrong rate.
 
     Statuses: `stream_silent`, `stream_resumed`; `stream_lost` (its sender is gone), `stream_found`,
     `stream_differs`; `stamp_behind`, `stamp_repeated`, `stamp_ahead`, `clock_reset`, `samples_missing`,
@@ -195,10 +195,10 @@ class LslInlet:
     joints: names of the k angles, as the channels are labelled.
     nominal_rate: of the stream, Hz.
     layout: of a stream that does not describe its channels.
-    stamps: "sender" for those of the samples, "arrival" for senders whose stamps mean something else.
+    stamps: "sender" for the stamps of the samples, "arrival" for senders whose stamps mean something else.
     silent_ms: see above (chosen: three samples of 100 Hz, and in time for a watchdog of 50 ms).
     timeout_s: duration of the search for the stream when the run begins.
-    network: "loopback" for streams of this machine; "lab" for those of the local network.
+    network: "loopback" for streams of this machine; "lab" for streams of the local network.
     """
 
     stream: str = ""

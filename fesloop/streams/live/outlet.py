@@ -66,7 +66,7 @@ class LslOutlet:
     Attributes
     ----------
     stream, stream_type: name and type of the stream.
-    source_id: by which receivers find it again; empty: "fesloop" and the stream's name.
+    source_id: lets receivers find the stream again; empty: "fesloop" and the stream's name.
     unit: of the wire; units of columns are joined by commas ("A,s").
     columns: of each row; 0 for a vector.
     rows: k; 0 takes it from the wire.

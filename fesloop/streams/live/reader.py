@@ -46,7 +46,7 @@ class Verdict(NamedTuple):
 
 
 class CaptureStamps:
-    """Judges the samples of one stream, in the order in which they come.
+    """Judges the samples of one stream, in the order of their arrival.
 
     Captures increase strictly and are never later than arrivals. A sample whose stamp is no later than that
     of the sample before (reordered, repeated, a clock set back), or ahead of its own arrival, is left out: it
@@ -113,11 +113,11 @@ class CaptureStamps:
 
 
 class RateWatch:
-    """Tells when samples come at another rate than they should.
+    """Detects samples at another rate than the nominal one.
 
-    Stamps of a sender are judged by the median of ten distances, as it does not mind a lost sample; that they
-    are too close counts where there have been too many on the whole, for after a stall a sender may make up
-    for it. Arrivals may come in bursts: of them the mean of a hundred counts.
+    Stamps of a sender are judged by the median of ten distances, which a lost sample does not change; short
+    distances count only where there have been too many samples altogether, as a sender may catch up after a
+    stall. Arrivals may come in bursts: they are judged by the mean of a hundred distances.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ class RateWatch:
         self._steps: list[int] = []
 
     def note(self, captured_ns: int) -> tuple[str, str]:
-        """(status, detail) where the rate has begun to be wrong or to be right again; usually empty."""
+        """(status, detail) where the rate becomes wrong or right again; usually empty."""
         if self._before_ns >= 0:
             step = captured_ns - self._before_ns
             self._steps.append(step)
@@ -289,7 +289,7 @@ class StreamReader:
                 self.hear(pulled.values, pulled.stamp_ns, self._clock())
 
     def _look_for_it(self) -> None:
-        """Until the stream is there again, or nobody wants it any more."""
+        """Search until the stream is there again, or the reader is closed."""
         lost_ns = self._clock()
         self._notes.append(Note(lost_ns, "stream_lost", "its sender is gone: it is looked for"))
         in_its_place = ""

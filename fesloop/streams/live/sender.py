@@ -115,7 +115,7 @@ class SenderFault:
         return cls(match["kind"], start, length, value)
 
     def holds(self, time_s: float) -> bool:
-        """Whether it is on, `time_s` after the first sample."""
+        """Whether the fault is on, `time_s` after the first sample."""
         return self.start_s <= time_s < self.start_s + self.length_s
 
 
@@ -186,7 +186,7 @@ class StreamSender:
     ----------
     played: rows to send.
     stream: name of the stream.
-    source_id: by which receivers find it again; empty: "fesloop" and the name.
+    source_id: lets receivers find the stream again; empty: "fesloop" and the name.
     repeat: whether the rows repeat after their end.
     faults: with their times.
     network: "loopback" to be found from this machine; "lab" to be found from the local network.

@@ -45,7 +45,7 @@ class Source(Protocol):
         """Search for the lost stream for a moment and open it. Raises StreamLost where that fails."""
 
     def close(self) -> None:
-        """Let go."""
+        """Close the stream."""
 
 
 class LslSource:
@@ -85,7 +85,7 @@ class LslSource:
             self._correction_s = inlet.time_correction(timeout=_CLOCK_WAIT_S)
             self.info = inlet.info(timeout=_CLOCK_WAIT_S)
             inlet.flush()
-        except RuntimeError:  # of which all errors of pylsl are
+        except RuntimeError:  # base class of all errors of pylsl
             raise StreamLost(describe(info)) from None
         self._inlet = inlet
         self._set_clock()
