@@ -118,9 +118,9 @@ WRITES_TOO_MUCH = """
 import resource, sys
 import fesloop
 from fesloop.experiment.recording import writing as recording
-from fesloop.experiment.running import under_way
+from fesloop.experiment.running import trial
 from fesloop.errors import RunError
-under_way._FLUSH_WALL_S = 0.0
+trial._FLUSH_WALL_S = 0.0
 lengthen = recording.lengthen
 
 def with_room(path):

@@ -98,7 +98,7 @@ def test_without_scripts_texts_tables_and_drawings_are_there(opened):
     assert "(trial 3)" in shown.locator("header").inner_text()
     for seen in ("table", "#part-wiring svg", ".sentence", "h2 >> nth=4"):
         assert shown.locator(seen).is_visible()
-    shown.get_by_text("Experiment", exact=True).click()
+    shown.locator("summary", has_text="Experiment").click()
     assert shown.get_by_text("[block.hand]").is_visible()
     assert shown.locator(".bar").is_hidden()
 
