@@ -3,8 +3,7 @@
 Streams of different clocks are resampled at common instants where a user gives a rate. Each value is
 interpolated linearly between the two samples around its instant. Nothing is made up where there are no
 samples: before a stream's first and after its last, in a gap, and beside a lost sample the value is NaN.
-    Instants without a sample of any stream are left out, so that a gap of all streams stays a gap of the
-    stamps.
+Instants without a sample of any stream are left out, so that a gap of all streams stays a gap of the stamps.
 
 Rows of one table may hold samples of several rates as well. A sensor that loses samples loses all its kinds
 at once, at irregular rows. A kind that is missing while others of the same sensor are there, row after row,
