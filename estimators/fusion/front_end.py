@@ -199,7 +199,7 @@ def correct_inclination(
 def correct_heading(
     mag: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64]
 ) -> None:
-    """Rotate q (n, 4) about the vertical towards mag (n, 3), any unit, at y; as `correct_inclination`."""
+    """Rotate q (n, 4) about the vertical to turn mag (n, 3), any unit, to y; as `correct_inclination`."""
     period, tau, zeta = settings[0], settings[1], settings[2]
     for s in range(q.shape[0]):
         if not used[s]:
@@ -342,7 +342,7 @@ class FrontEnd(Protocol):
 
 
 def require_front_end(name: str) -> None:
-    """Raise InputError for the name of no front end."""
+    """Raise InputError if `name` is not a front end."""
     if name not in NAMES:
         raise InputError("front_end", f"{name!r}", ", ".join(NAMES), did_you_mean(name, NAMES))
 

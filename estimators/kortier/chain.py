@@ -298,7 +298,7 @@ def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Wor
     joints = chain.seen.size
     count = 0
     if elapsed[1] > 0.0:
-        used, held = np.zeros(joints, dtype=np.bool_), chain.freedoms.copy()
+        used, freedoms = np.zeros(joints, dtype=np.bool_), chain.freedoms.copy()
         for k in range(joints):
             a, b = chain.acc[k], chain.acc[k + 1]
             used[k] = (
@@ -306,10 +306,10 @@ def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Wor
                 and abs(length(a) - length(b)) < gates.acc_difference
                 and length(chain.rates[k]) < gates.rate and length(chain.rates[k + 1]) < gates.rate)
             if not chain.seen[k]:
-                held[k] = BALL
+                freedoms[k] = BALL
         count = add_accelerations(chain.acc, chain.steady, chain.acc_variance, used, count, work)
         variance = repeats(gates.error_time_s, elapsed[1]) * gates.constraint_sd ** 2
-        count = add_constraints(held, chain.axes, variance, count, work)
+        count = add_constraints(freedoms, chain.axes, variance, count, work)
     if elapsed[2] > 0.0 and chain.seen.all():
         base, tip = chain.sensors[0], chain.sensors[joints]
         variance = moment.mag_variance[base] + moment.mag_variance[tip]

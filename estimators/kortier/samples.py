@@ -1,4 +1,4 @@
-"""Weights of the samples of a Kortier tracker.
+"""Samples of a Kortier tracker and the variances of their errors.
 
 `estimators.samples.arrivals` finds samples that are new, lost or clipped. A sensor without a sound gyroscope
 sample keeps its last rate with a larger uncertainty; after a gap its joints are unseen.

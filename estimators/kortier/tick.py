@@ -98,8 +98,8 @@ def put_orientations(
     for k in range(layout.shape[0]):
         part = chains.part_of[k]
         if part >= 0:
-            held = conjugate(_components(within[chains.held[part]]))
-            turn = multiply(_components(attitudes[part]), held)
+            to_tracked = conjugate(_components(within[chains.held[part]]))
+            turn = multiply(_components(attitudes[part]), to_tracked)
             _store(orientation[sensors[k]], multiply(turn, _components(within[k])))
 
 
@@ -227,11 +227,11 @@ def worn_by(body: Body, base: int) -> Worn:
     read = np.zeros(len(body.sensed), dtype=np.bool_)
     for places in (chains.first[:-1] + number, chains.first[1:] + number):
         read[chains.sensors[places]] = True
-    held = body.sensors[chains.held]
-    read[held] = True
-    for array in (read, held):
+    tracked = body.sensors[chains.held]
+    read[tracked] = True
+    for array in (read, tracked):
         array.flags.writeable = False
-    return Worn(body.tree.layout, body.tree.geometry, body.sensors, body.tips, read, held,
+    return Worn(body.tree.layout, body.tree.geometry, body.sensors, body.tips, read, tracked,
                 int(chains.part_of[base]), chains)
 
 

@@ -62,10 +62,10 @@ def base_of(body: Body, name: str, usual: str) -> int:
 
     Raises InputError if no segment called `name` has a sensor.
     """
-    worn = [body.tree.names[k] for k in sorted(body.sensed)]
-    if name and name not in worn:
-        raise InputError("base", f"{name!r}", ", ".join(worn), did_you_mean(name, worn))
-    return body.tree.index(name or (usual if usual in worn else worn[0]))
+    sensed = [body.tree.names[k] for k in sorted(body.sensed)]
+    if name and name not in sensed:
+        raise InputError("base", f"{name!r}", ", ".join(sensed), did_you_mean(name, sensed))
+    return body.tree.index(name or (usual if usual in sensed else sensed[0]))
 
 
 def pose_of(tree: SegmentTree, angles_deg: Mapping[str, float]) -> Array:
@@ -92,7 +92,7 @@ def chains_of(body: Body, base: int) -> Chains:
     layout, seen = body.tree.layout, body.seen()
     children = [[int(c) for c in np.flatnonzero((layout[:, 0] == k) & seen)] for k in range(len(layout))]
     parts = np.full(len(layout), -1, dtype=np.int64)
-    held: list[int] = []
+    tracked: list[int] = []
     runs: list[list[int]] = []
     for k in range(len(layout)):
         if body.sensors[k] < 0:
@@ -100,12 +100,12 @@ def chains_of(body: Body, base: int) -> Chains:
         if seen[k]:
             parts[k] = parts[layout[k, 0]]
         else:
-            parts[k] = len(held)
-            held.append(k)
+            parts[k] = len(tracked)
+            tracked.append(k)
         if not seen[k] or k == base or len(children[k]) > 1:
             runs += [_run(k, child, children, base) for child in children[k]]
-    held[parts[base]] = base
-    return _table(body, runs, parts, held)
+    tracked[parts[base]] = base
+    return _table(body, runs, parts, tracked)
 
 
 def _run(start: int, child: int, children: list[list[int]], base: int) -> list[int]:
@@ -115,7 +115,7 @@ def _run(start: int, child: int, children: list[list[int]], base: int) -> list[i
     return run
 
 
-def _table(body: Body, runs: list[list[int]], parts: Numbers, held: list[int]) -> Chains:
+def _table(body: Body, runs: list[list[int]], parts: Numbers, tracked: list[int]) -> Chains:
     tree = body.tree
     joints = np.array([len(run) - 1 for run in runs], dtype=np.int64)
     moved = np.array([k for run in runs for k in run[1:]], dtype=np.int64)
@@ -128,7 +128,7 @@ def _table(body: Body, runs: list[list[int]], parts: Numbers, held: list[int]) -
         freedoms=np.ascontiguousarray(tree.layout[moved, 1]),
         first_angle=np.ascontiguousarray(tree.layout[moved, 2]),
         axes=np.ascontiguousarray(tree.geometry[moved, :3]), joint_of=joint_of, chain_of=chain_of,
-        part_of=parts, held=np.array(held, dtype=np.int64))
+        part_of=parts, held=np.array(tracked, dtype=np.int64))
     for array in chains:
         array.flags.writeable = False
     return chains

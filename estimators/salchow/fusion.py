@@ -145,7 +145,7 @@ def joint_turns(axes: Array, q: Components) -> tuple[Triple, Triple, Triple]:
 
 @compiled
 def joint_angles(q: Components, freedoms: int, first: int, angles: Array) -> None:
-    """Fill `angles` (d,) from `first` with the free of flexion, abduction and pronation (eq. 20-22)."""
+    """Fill `angles` (d,) from `first` with the free flexion, abduction, pronation (eq. 20-22)."""
     if freedoms > 0:
         angles[first] = euler_z_of_zxy(q)
     if freedoms > 1:
@@ -296,10 +296,10 @@ def _fuse(
         if not lost:
             state.bank.update(gyr, acc, mag)
             continue
-        turning, forced, held = (codes & LOST) == 0
-        state.bank.update_only(turning & forced & held, gyr, acc, mag)
-        state.bank.update_only(turning & forced & ~held, gyr, acc, None)
-        state.bank.update_only(turning & ~forced, gyr, None, None)
+        has_rate, has_acc, has_field = (codes & LOST) == 0
+        state.bank.update_only(has_rate & has_acc & has_field, gyr, acc, mag)
+        state.bank.update_only(has_rate & has_acc & ~has_field, gyr, acc, None)
+        state.bank.update_only(has_rate & ~has_acc, gyr, None, None)
 
 
 def _take_pose(
