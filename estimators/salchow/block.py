@@ -140,8 +140,8 @@ class SalchowM1:
 
     Attributes
     ----------
-    sensors, hand, sensed, segments, front_end, tau_acc_s, tau_mag_s, acc_every, mag_every, mounting_sd_deg,
-    heading_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
+    sensors, hand, sensed, segments, front_end, tau_acc_s, tau_mag_s, acc_every, mag_every: as in SalchowB.
+    mounting_sd_deg, heading_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
     initial_pose_s: duration of the initial pose, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
     initial_angles_deg: the pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
     pose_limits: limits of the sensors' readings in the pose.
@@ -213,8 +213,8 @@ class SalchowM2:
 
     Attributes
     ----------
-    sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every, mounting_sd_deg, untracked_deg_s,
-    gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
+    sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every: as in SalchowB.
+    mounting_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
     initial_pose_s, initial_angles_deg, pose_limits: as in SalchowM1.
     drift_deg_s: sd of the rate at which neighbours' headings diverge, deg/s (chosen: two biases known to
         within an instability of 10 deg/h, usual for MEMS).
