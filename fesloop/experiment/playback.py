@@ -63,7 +63,7 @@ class Playback:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """None."""
+        """No inputs."""
         return ()
 
     @property

@@ -99,7 +99,7 @@ class Agreement:
 
     @property
     def doubtful(self) -> bool:
-        """Whether the rates do not explain gravity."""
+        """True if the rates do not explain gravity."""
         return self.verdict not in ("agrees", "no_information")
 
 
@@ -213,7 +213,7 @@ def _agreement(number: int, cut: Sequence[_Windows], step_s: float) -> Agreement
 
 
 def _excluded(own: _Windows, step_s: float, score: Array) -> bool:
-    """Whether clearly wrong rates would be distinguished from these."""
+    """Return whether clearly wrong rates would be distinguished from these."""
     wrong = _CLEARLY_WRONG[:, np.newaxis, np.newaxis, np.newaxis] * own.gyr
     behind = (_score(own.squares(wrong, step_s)) - score).sum(axis=1)
     return bool((behind > np.log(1.0 / _AGREES_ALPHA)).all())
@@ -235,7 +235,7 @@ def _judging(own: _Windows, step_s: float) -> NDArray[np.intp]:
 
 
 def _unrelated(own: _Windows, step_s: float, score: Array, resting: Array) -> bool:
-    """Whether gravity moves as if the rates came from another motion that is as lively as this one."""
+    """Return whether gravity moves as if the rates came from another motion that is as lively as this one."""
     mean = np.broadcast_to(own.acc.mean(axis=1, keepdims=True), own.acc.shape)
     turned = _squares(own.gyr[np.newaxis], mean, step_s, own.variance)[0]
     moving = np.maximum(resting, turned) > _MOVES
@@ -253,7 +253,7 @@ def _score(squares: Array) -> Array:
 
 
 def _consistent(ahead: Array) -> bool:
-    """Whether the windows as a whole support an explanation, not a few of them alone."""
+    """Return whether the windows as a whole support an explanation, not a few of them alone."""
     return bool(ahead[ahead > 0.0].sum() > -_CONSISTENT * ahead[ahead < 0.0].sum())
 
 

@@ -95,7 +95,7 @@ def text(values: Mapping[str, Any], key: str, where: str) -> str:
 
 
 def _undecoded(value: str) -> bool:
-    """Whether text has surrogates, which replace bytes that are not UTF-8."""
+    """Return whether text has surrogates, which replace bytes that are not UTF-8."""
     return any("\ud800" <= letter <= "\udfff" for letter in value)
 
 

@@ -210,12 +210,12 @@ def read_container(path: Path) -> Any:
 
 
 def is_hdf5(head: bytes) -> bool:
-    """Whether a file with this head is HDF5; MATLAB puts 512 bytes of its own before."""
+    """Return whether a file with this head is HDF5; MATLAB puts 512 bytes of its own before."""
     return head.startswith(HDF5) or (head.startswith(MATLAB_73) and head[512:].startswith(HDF5))
 
 
 def is_container(head: bytes) -> bool:
-    """Whether a file with this head is one of the containers."""
+    """Return whether a file with this head is one of the containers."""
     return is_hdf5(head) or head.startswith((ZIP, MATLAB, MATLAB_73))
 
 

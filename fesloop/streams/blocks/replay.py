@@ -97,7 +97,7 @@ class Replay:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """None."""
+        """No inputs."""
         return ()
 
     @property

@@ -160,7 +160,7 @@ def _read_channels(path: Path) -> tuple[BidsChannel, ...]:
 
 
 def _is_bad(cells: Mapping[str, str], where: str) -> bool:
-    """Whether a row's optional column `status` marks its channel."""
+    """Return whether a row's optional column `status` marks its channel."""
     status = cells.get("status", _MISSING[0])
     if status not in ("good", "bad", *_MISSING):
         raise InputError(f"{where}: status", f"{status[:40]!r} is no status", "good, bad or n/a")

@@ -38,7 +38,7 @@ _T_PER_UT = 1e-6
 
 
 def _is_broad(content: Mapping[str, Any]) -> bool:
-    """Whether a file's keys are those of BROAD."""
+    """Return whether a file's keys are those of BROAD."""
     return sum(key in content for key in ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement")) >= 2
 
 
@@ -82,7 +82,7 @@ _T_PER_GAUSS = 1e-4
 
 
 def _is_chain5(content: Mapping[str, Any]) -> bool:
-    """Whether a file's keys are those of chain5."""
+    """Return whether a file's keys are those of chain5."""
     return "omc" in content or any(f"imu_{name}" in content for name in _CHAIN_SETS)
 
 
@@ -141,7 +141,7 @@ _US = 1e-6
 
 
 def _is_wrist(content: Mapping[str, Any]) -> bool:
-    """Whether a file's keys are those of wrist."""
+    """Return whether a file's keys are those of wrist."""
     return any(f"{kind}_{segment}" in content for kind in ("imu", "gt") for segment in _WRIST)
 
 
@@ -197,7 +197,7 @@ _NEIGHBOURS = (
 
 
 def _is_body16(content: Mapping[str, Any]) -> bool:
-    """Whether a file's keys are those of body16: a structure a sensor, with gyr and acc."""
+    """Return whether a file's keys are those of body16: a structure a sensor, with gyr and acc."""
     structures = [value for value in content.values() if isinstance(value, Mapping)]
     return any("gyr" in structure or "acc" in structure for structure in structures)
 

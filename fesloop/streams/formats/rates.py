@@ -146,7 +146,7 @@ def require_one_rate(recording: MotionRecording) -> None:
 
 
 def _has_own_rate(there: Flags, sensor_there: Flags) -> bool:
-    """Whether rows (n,) with a sample of a kind have another rate than all rows."""
+    """Return whether rows (n,) with a sample of a kind have another rate than all rows."""
     missing, filled = _stretches(there)
     if missing.size < _STRETCHES:
         return False
@@ -164,7 +164,7 @@ def _stretches(there: Flags) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _is_regular(lengths: NDArray[np.int64]) -> bool:
-    """Whether lengths are one number, or that number and the next, as with two rates in one table."""
+    """Return whether lengths are one number, or that number and the next, as with two rates in one table."""
     counts = np.bincount(lengths)
     pairs = counts + np.append(counts[1:], 0)
     return bool(pairs.max() >= _REGULAR * lengths.size)

@@ -67,7 +67,7 @@ class LslEvents:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """None."""
+        """No outputs."""
         return ()
 
     def stand_in(self) -> OutletStandIn:

@@ -257,7 +257,7 @@ class LslInlet:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """None."""
+        """No inputs."""
         return ()
 
     @property

@@ -111,7 +111,7 @@ class LslOutlet:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """None."""
+        """No outputs."""
         return ()
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> LslOutlet:

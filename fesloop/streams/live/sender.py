@@ -115,7 +115,7 @@ class SenderFault:
         return cls(match["kind"], start, length, value)
 
     def holds(self, time_s: float) -> bool:
-        """Whether the fault is on, `time_s` after the first sample."""
+        """Return whether the fault is on, `time_s` after the first sample."""
         return self.start_s <= time_s < self.start_s + self.length_s
 
 
