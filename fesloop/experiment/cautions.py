@@ -1,4 +1,4 @@
-"""Cautions about an experiment with which a run ends well and says nothing: found without running it."""
+"""Cautions about an experiment that no run would report, found without running it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def experiment_cautions(experiment: Experiment) -> list[Caution]:
 def _unclosed(wiring: Wiring) -> Iterator[Caution]:
     """Controllers that act on a plant, and whose measurement derives from none.
 
-    What plays a recording or reads a live stream measures, too.
+    A block that plays a recording or reads a live stream is a measurement, too.
     """
     onward = [(c.source.name, c.target.name) for c in wiring.connections]
     acting = _reached({node.name for node in wiring.nodes if node.is_plant},
@@ -52,7 +52,7 @@ def _plays(node: Node) -> bool:
 
 
 def _reached(begin: set[str], steps: list[tuple[str, str]]) -> set[str]:
-    """Names that are reached from some, which are among them."""
+    """Names that are reached from `begin`, which are included."""
     found, ends = set(begin), list(begin)
     while ends:
         end = ends.pop()

@@ -1,4 +1,4 @@
-"""Samples of sensors on a hand that moves, computed, for where there is neither sensor nor recording."""
+"""Simulated samples of sensors on a moving hand, for use without sensors or a recording."""
 
 from __future__ import annotations
 

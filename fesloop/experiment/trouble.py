@@ -90,7 +90,7 @@ or the safety block took stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
 turning. not_held: the object, in the last trial. no_better: joints followed worse than had they not moved.
-rose: the error did, over the trials, by more than a tenth, where the trials are `comparable`.
+rose: the error grew over the trials by more than a tenth, where the trials are `comparable`.
 """
 
 
@@ -298,7 +298,7 @@ def _other_axis(metrics: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _not_held(metrics: Mapping[str, Any]) -> Iterator[str]:
-    """The last trial that says so."""
+    """Text on the last trial, if its object was not held."""
     held = metrics.get("held")
     if not isinstance(held, list) or not held or held[-1] is not False:
         return

@@ -1,7 +1,7 @@
 """Optional members of blocks and plants, each a Protocol, and the check of a class against the contract.
 
-A part has an ability where it has the member (`offers`). `contract_faults` holds a class that is registered
-as a kind against the contract and against every Protocol here whose member it has.
+A part has an ability where it has the member (`offers`). `contract_faults` checks a class that is registered
+as a kind against the contract and every Protocol here whose member it has.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ class Linear(Protocol):
 
 
 class Warns(Protocol):
-    """A part that finds its own parameters doubtful."""
+    """A part that warns about its own parameters."""
 
     def cautions(self, context: Context) -> Iterable[Report]:
         """Warnings about its parameters, shown by `fesloop check`."""
@@ -273,7 +273,7 @@ class Guards(Protocol):
 
     @property
     def guards(self) -> bool:
-        """True if it does with its parameters."""
+        """True if it limits anything with its parameters."""
 
 
 class Interlocks(Protocol):
@@ -388,7 +388,7 @@ def _fits(found: Any, member: Any) -> bool:
 
 
 def _written(name: str, member: Callable[..., Any] | Any) -> str:
-    """A member as code has it: a call with its parameters, or a name."""
+    """A member as it is used in code: a call with its parameters, or a name."""
     if not inspect.isfunction(member):
         return f"`{name}`"
     return f"`{name}({', '.join(list(inspect.signature(member).parameters)[1:])})`"

@@ -47,9 +47,9 @@ class BlockStation:
     treats as part of the way. A tick that falls due before then is skipped and recorded.
 
     An output is as old as the oldest of what the block has read. A wired input that nothing has reached yet
-    counts as captured when the trial began, so that what a block makes of an assumption in its place is not
-    taken for fresh. A block without wired inputs is a source: its outputs are of the instant of its step.
-    A step that puts out nothing sends no message and leaves no row: its readers keep their last sample.
+    counts as captured when the trial began, so that outputs that a block derives from the initial value do
+    not look fresh. A block without wired inputs is a source: its outputs are of the instant of its step. A
+    step that puts out nothing sends no message and leaves no row: its readers keep their last sample.
     """
 
     __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
@@ -88,7 +88,7 @@ class BlockStation:
         self._recorded = recorded[trial] if recorded is not None and trial < len(recorded) else ()
 
     def fire(self, time_ns: int) -> int:
-        """One tick; when to fire next."""
+        """Run one tick; return the next instant to fire."""
         index = self.index
         self.index = index + 1
         self.due = due = self._next_tick()
@@ -234,7 +234,7 @@ def publishers(wiring: Wiring, samplers: Sequence[Sampler]) -> dict[str, Publish
 
 
 def _groups(wiring: Wiring) -> dict[str, set[str]]:
-    """By plant, the names of all that it exchanges with; one set a group."""
+    """Names of all plants that a plant exchanges with, by plant; one set per group."""
     group = {node.name: {node.name} for node in wiring.nodes if node.is_plant}
     for connection in wiring.connections:
         if connection.source.is_plant and connection.target.is_plant and connection.heard:

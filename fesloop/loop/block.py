@@ -99,7 +99,7 @@ class Plant(Protocol):
 
     @property
     def grid(self) -> RateClock | None:
-        """Clock of the fixed steps, each one call of `advance`; None for a plant that goes to any instant."""
+        """Clock of the fixed steps, each one call of `advance`; None for a plant without fixed steps."""
 
     @property
     def feedthrough(self) -> bool:

@@ -74,7 +74,7 @@ def threads_now() -> frozenset[int]:
 
 
 def attainable(priority: int) -> int:
-    """This priority, or that which an ordinary user may ask for (RLIMIT_RTPRIO) where that is lower."""
+    """The priority, or the greatest that an ordinary user may request (RLIMIT_RTPRIO) where that is lower."""
     if sys.platform != "linux":
         return priority
     import resource
@@ -94,7 +94,7 @@ def _scheduling_of(threads: Collection[int]) -> dict[int, tuple[int, os.sched_pa
 
 
 def _raise_priority(priority: int, threads: Collection[int]) -> str:
-    """Raise the threads, the calling one first; what came of it, in words."""
+    """Raise the priority of threads, the calling one first; return the outcome in words."""
     if sys.platform != "linux":
         return f"refused: {sys.platform} has no SCHED_FIFO"
     raised = 0
@@ -166,7 +166,7 @@ _AT_FIRST_NS = 2 * NS_PER_MS
 class Garbage:
     """The collector during a run in real time: a context.
 
-    What exists when the run begins is collected once, then frozen: no later collection looks at it. The
+    What exists when the run begins is collected once, then frozen: no later collection visits it. The
     collector is off from then on, and runs where nothing is due for twice as long as it has ever
     worked (not counting what else the machine did meanwhile), or else every half minute. All of it is undone
     at the end.

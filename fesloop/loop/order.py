@@ -25,7 +25,7 @@ class Sampling:
 
 
 def samplings(connections: Sequence[Connection]) -> list[Sampling]:
-    """One a plant, clock and whether it only observes, in the order of declaration."""
+    """Samplings, one per plant, clock and `observing`, in the order of declaration."""
     acting = _acting(connections)
     groups: list[tuple[Node, Clock, bool, list[Connection]]] = []
     for connection in connections:

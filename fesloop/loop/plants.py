@@ -92,7 +92,7 @@ class PlantInputs:
         return list(self.values), list(self._held)
 
     def restore(self, saved: Any) -> None:
-        """Back to what `save` gave."""
+        """Restore what `save` returned."""
         self.values[:], self._held[:] = saved
 
 
@@ -165,7 +165,7 @@ class PlantRecord:
         self._add(times, times, stacks)
 
     def hand_over(self) -> None:
-        """Stack what was seen one by one into a row for the recorder."""
+        """Stack outputs that were noted one by one into a row for the recorder."""
         if self._seen:
             times, captured, values = (list(column) for column in zip(*self._seen, strict=True))
             self._seen.clear()
@@ -183,7 +183,7 @@ class PlantRecord:
 
 
 class ExactStation:
-    """A plant that goes to any instant.
+    """A plant that advances to any instant.
 
     Attributes
     ----------
@@ -209,7 +209,7 @@ class ExactStation:
         return self._read(self.state, self._inputs.values)
 
     def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
-        """(instant, instant, outputs) at increasing instants, the plant going along."""
+        """(instant, instant, outputs) at increasing instants; the plant advances to each."""
         for instant in times_ns:
             self._pass_inputs(instant)
             if instant > self.now:
@@ -257,7 +257,7 @@ class ExactStation:
             yield instants, stacks
 
     def observed_at(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
-        """(instant, instant, outputs) at increasing instants, the plant going to input changes only."""
+        """(instant, instant, outputs) at increasing instants; the plant advances to input changes only."""
         for instant in times_ns:
             self._pass_inputs(instant)
             stacks = self._observe(self.state, self._inputs.values, self.now, [instant])
@@ -265,7 +265,7 @@ class ExactStation:
             yield instant, instant, values
 
     def _pass_inputs(self, time_ns: int) -> None:
-        """Go to the last input change by `time_ns`, through all before it."""
+        """Advance to the last input change by `time_ns`, through all before it."""
         for queue in self._inputs.queues:
             if queue and queue[0][3] <= time_ns:
                 break
@@ -322,7 +322,7 @@ class ExactStation:
         return self.state, self.now, self._inputs.save()
 
     def restore(self, saved: Any, recorded_to_ns: int) -> None:
-        """Back to what `save` gave; the recorder continues after `recorded_to_ns`."""
+        """Restore what `save` returned; the recorder continues after `recorded_to_ns`."""
         self.state, self.now, inputs = saved
         self._inputs.restore(inputs)
         self._record.resume(recorded_to_ns)
@@ -413,7 +413,7 @@ class GridStation:
         self._inputs.latch_due(self.now)
 
     def settle(self, time_ns: int) -> None:
-        """Go as far as the grid allows, record up to and including `time_ns`, hand the rows over."""
+        """Advance as far as the grid allows, record up to and including `time_ns`, hand the rows over."""
         for _ in self.values_through((time_ns,)):
             self._latch_due()
         if self._record.next <= time_ns:
@@ -421,14 +421,14 @@ class GridStation:
         self.hand_over()
 
     def finish(self, time_ns: int) -> None:
-        """Rest where `settle` has gone, as far as the grid allows."""
+        """Rest at the instant of `settle`, as far as the grid allows."""
 
     def save(self) -> Any:
         """Return everything that changes, for a snapshot."""
         return self.state, self.now, self._inputs.save()
 
     def restore(self, saved: Any, recorded_to_ns: int) -> None:
-        """Back to what `save` gave; the recorder continues after `recorded_to_ns`."""
+        """Restore what `save` returned; the recorder continues after `recorded_to_ns`."""
         self.state, self.now, inputs = saved
         self._inputs.restore(inputs)
         self._record.resume(recorded_to_ns)
@@ -533,7 +533,7 @@ class Sampler:
         return self.index
 
     def restore(self, saved: int) -> None:
-        """Back to what `save` gave."""
+        """Restore what `save` returned."""
         self.index = saved
         self._next_tick = ticks_from(self.clock, saved)
         self.due = self._next_tick()

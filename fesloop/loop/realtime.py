@@ -24,7 +24,7 @@ _MOST_HZ = 200
 _IDLE = RateClock.from_rate("100")
 """Pace where no block has one (chosen): plants and the recording continue while a stream is silent."""
 _HIGHEST_PRIORITY = 98
-"""Highest priority of SCHED_FIFO on Linux (`sched(7)`) less one, which is left to what watches over a run."""
+"""Highest priority of SCHED_FIFO on Linux (`sched(7)`) less one, which is left to supervisors of a run."""
 POLICIES = ("catch-up", "skip", "stop")
 
 

@@ -2,8 +2,8 @@
 
 At an instant t, in this order: plants are advanced to t under the inputs latched before t; messages due at
 t are delivered; plant outputs are published; blocks due at t step in topological order over zero-latency
-wires, sending as they step; the recorder reads. Plants are advanced and messages delivered when someone
-looks, which gives the same values and costs nothing where nobody does.
+wires, sending as they step; the recorder reads. Plants are advanced and messages delivered only when their
+values are read, which gives the same values and costs nothing for values that are not read.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from fesloop.loop.wiring import Wiring, require_count
 
 
 class Agenda:
-    """Stations by when they are due; those due at one instant go by their number in the firing order."""
+    """Stations by the instants at which they are due, then by their number in the firing order."""
 
     __slots__ = ("_heap",)
 
@@ -56,7 +56,7 @@ class Agenda:
         heapify(self._heap)
 
     def skip_until(self, time_ns: int, clocks: Collection[Clock]) -> set[int]:
-        """Skip ticks of blocks on these clocks where the next is due by `time_ns` too; their instants."""
+        """Skip ticks of blocks on these clocks where the next is due by `time_ns` too; return instants."""
         skipped: set[int] = set()
         for place, (_, number, station) in enumerate(self._heap):
             if isinstance(station, BlockStation) and station.clock in clocks:
@@ -185,8 +185,8 @@ class Loop:
     def skip_until(self, time_ns: int, clocks: Collection[Clock]) -> set[int]:
         """Skip late ticks of the blocks on these clocks; return their instants, ns.
 
-        A tick is late where the same block's next is due at or before `time_ns` too: a whole period of its.
-        Each is recorded as an event `skipped`. Plants and other blocks go through these instants as ever.
+        A tick is late where the next tick of its block is due at or before `time_ns` too.
+        Each is recorded as an event `skipped`. Plants and other blocks run these instants as usual.
         """
         return self._agenda.skip_until(time_ns, clocks)
 

@@ -238,5 +238,5 @@ class Outputs:
         return self._given, self._taken
 
     def restore(self, saved: Any) -> None:
-        """Back to what `save` gave."""
+        """Restore what `save` returned."""
         self._given, self._taken = saved

@@ -252,7 +252,7 @@ class Link:
                 self._last_arrival)
 
     def restore(self, saved: tuple[Any, ...]) -> None:
-        """Back to what `save` gave."""
+        """Restore what `save` returned."""
         queue, order, self._held, self.sent, self.lost, self.late, self._last_arrival = saved
         self.queue.clear()
         self.queue.extend(queue)

@@ -1,9 +1,9 @@
-"""Agreement of gyroscope and accelerometer: both must show the same turn.
+"""Agreement of gyroscope and accelerometer: both must show the same rotation.
 
-A window of samples is rotated by its rates into one frame. There gravity rests if the rates are right, and
-what is left of its motion is acceleration, whose size the length of the samples shows. Where gravity moves by
-more than that, other explanations of the rates are tried: axes swapped or of the wrong sign, a wrong scale,
-the gyroscope of another sensor. Explanations are compared by likelihood, with residuals of Student's t
+A window of samples is rotated by its rates into one frame. There gravity is constant if the rates are right,
+and the remaining motion is acceleration, whose size follows from the length of the samples. Where gravity
+moves by more than that, other explanations of the rates are tried: axes swapped or of the wrong sign, a wrong
+scale, the gyroscope of another sensor. Explanations are compared by likelihood, with residuals of Student's t
 distribution, whose tails allow for rough motion. By Markov's inequality a wrong one reaches a likelihood
 ratio of `1 / _ALPHA` with a probability of `_ALPHA` at most, as far as windows are independent.
 """
@@ -53,7 +53,7 @@ _MOVES = 9.0
 _LEAST_FACTOR = 1.15
 """Factors of scale within this are a matter of calibration (chosen)."""
 DEGREES = 180.0 / np.pi
-"""Degrees of a radian."""
+"""Degrees per radian."""
 _GRID = np.geomspace(1.0 / 100.0, 100.0, 53)
 _FACTORS = np.concatenate([[DEGREES, 1.0 / DEGREES], _GRID[np.abs(np.log(_GRID)) > np.log(_LEAST_FACTOR)]])
 """Factors that are tried, the likely ones first."""
@@ -65,9 +65,9 @@ _CLEARLY_WRONG = np.array([0.5, 2.0])
 _NO_BETTER = 2.0
 """Logarithm of a likelihood ratio below which the simpler of two explanations is taken (chosen)."""
 _SAME_FACTOR = 1.12
-"""Within which factors are the same (chosen: a step of those that are tried, and calibration)."""
+"""Ratio within which factors count as equal (chosen: a step of those that are tried, and calibration)."""
 _SAME_LIKELIER = 1.5
-"""Within which likelier factors, not shown, are the same (chosen)."""
+"""Ratio within which likelier factors, not shown, count as equal (chosen)."""
 _MOST_NAMED = 4
 _OWN = "{name}"
 """Placeholder of a sensor's name where several have the same fault."""
@@ -348,7 +348,7 @@ def _squares(rates: Array, acc: Array, step_s: float, variance: Array) -> Array:
 
 
 def unjudged_text(recording: MotionRecording, found: Sequence[Agreement]) -> str:
-    """Sensors whose agreement could not be judged, in words; empty for none."""
+    """Text on sensors whose agreement could not be judged; empty for none."""
     unjudged = [(name, each.factor) for name, each in zip(recording.sensors, found, strict=True)
                 if each.verdict == "no_information"]
     if not unjudged:
@@ -372,7 +372,7 @@ def agreements_in(
 
 
 def disagreement_text(recording: MotionRecording, found: Sequence[Agreement]) -> str:
-    """Sensors whose rates do not explain how gravity turns, why, and what to do; empty for none."""
+    """Text on sensors whose rates do not explain the rotation of gravity, with remedies; empty for none."""
     scaled = [each.factor for each in found if each.verdict == "scale"]
     common = float(np.median(scaled)) if scaled and max(scaled) < _SAME_FACTOR * min(scaled) and not any(
         each.verdict == "agrees" for each in found) else None

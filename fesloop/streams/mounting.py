@@ -93,7 +93,7 @@ def hinge_seen(parent: Array, child: Array, axis: Array) -> HingeSeen:
 
 
 def mounting_text(recording: MotionRecording, first: int = 0, stop: int | None = None) -> str:
-    """Hinges of the hand whose sensors have other axes than their segments, and what to do; empty for none.
+    """Text on hinges whose sensors have other axes than their segments, with a remedy; empty for none.
 
     Empty, too, where a sensor is not named after a segment of the hand.
     """

@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 _LATE = 1.5
-"""Periods from one sample to the next above which one may be missing between them."""
+"""Distance of two samples, in periods, above which one may be missing between them."""
 _MISSING = 0.5
 """Delay of all later samples, in periods, above which one is missing (chosen: half way to none)."""
 _DEVIATIONS = 4.0
-"""Standard deviations of the jitter below which a delay is jitter (chosen)."""
+"""Greatest delay, in standard deviations of the jitter, that counts as jitter (chosen)."""
 _AROUND, _MOST_AROUND = 8, 4096
 """Samples before and after a delay that are searched for the earliest, besides those that catch up."""
 _USUAL_STEP = 0.7, 1.05
@@ -37,7 +37,7 @@ arrival (chosen: no sensor is ten times as fast as it says)."""
 _PACKETS = 16
 """Packets over which a rate is computed."""
 _FASTEST_HZ = 5000.0
-"""Inertial sensors are slower (chosen: the fastest of them give 1 to 4 kHz)."""
+"""Upper bound of the rates of inertial sensors, Hz (chosen: the fastest give 1 to 4 kHz)."""
 _LAG, _BLOCK = 16, 64
 """Samples over which a rate is computed, and number of such rates in one median (chosen)."""
 _STEADY = 0.02

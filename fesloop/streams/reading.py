@@ -154,7 +154,7 @@ class _Reader:
 
 
 def _cause(ended: int, seconds: int) -> str:
-    """Why the reader process gave no answer, by the signal that ended it."""
+    """Reason why the reader process gave no answer, by the signal that ended it."""
     if ended in (signal.SIGXCPU, signal.SIGKILL):
         return f"is not read within {seconds} s"
     return f"crashes its reader ({signal.Signals(ended).name if ended > 0 else f'exit code {-ended}'})"

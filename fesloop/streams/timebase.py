@@ -15,7 +15,7 @@ from fesloop.streams.checks import Array, finite, numbers
 from fesloop.streams.pace import Pace
 
 SLOWEST_HZ, FASTEST_HZ = 1.0, 100_000.0
-"""Rates of motion recordings; beyond, the unit of time must be another (chosen)."""
+"""Bounds of the rates of motion recordings; outside them, the unit of time is wrong (chosen)."""
 _SIMPLE = 1000
 _ROUNDING_S = 1e-6
 """Stamps that differ by no more from evenly spaced ones are evenly spaced, and rounded."""

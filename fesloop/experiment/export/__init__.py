@@ -48,7 +48,7 @@ FORMATS = {
                   file_a_signal=True),
     "csv": Format(csv_tables.write, files="tables and events"),
 }
-"""Every format by its name."""
+"""Formats by name."""
 
 
 @dataclass(frozen=True, slots=True)

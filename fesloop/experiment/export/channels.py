@@ -1,4 +1,4 @@
-"""The single numbers of a signal, a channel each: what they are called, their units, what they measure."""
+"""Channels of a signal, one for each of its numbers: labels, units and quantities."""
 
 from __future__ import annotations
 

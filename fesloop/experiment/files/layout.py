@@ -43,8 +43,8 @@ class Guide:
     job: what it is for.
     takes_s: about how long `fesloop run` takes with the default settings, s of wall time of one free core,
         code compiled; `fesloop bench shipped` measures it.
-    needs: what must be there: extras of fesloop, input, a way to run.
-    needs_with: what a setting needs beyond, such as {"plant=myohand" = "extra myohand"}.
+    needs: requirements: extras of fesloop, input, a way to run.
+    needs_with: additional requirements of a setting, such as {"plant=myohand" = "extra myohand"}.
     try_next: commands that continue from its run; `RUN.h5` in them means the recording of the run, and
         `RECORDING` the recording that it played.
     """

@@ -30,7 +30,7 @@ QUANTILES = (0.5, 0.9, 1.0)
 
 
 class Convergence(NamedTuple):
-    """Errors of a tracker since its beginnings.
+    """Errors of a tracker against the time since its start.
 
     times_s: (m,), the middle of each interval since the beginning.
     starts_s: (starts,), instants of the recording at which the tracker began.

@@ -148,7 +148,7 @@ class _Trial(NamedTuple):
 def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     """Metrics of a grasp that the score's signals allow, in lists of one value per trial.
 
-    object_outcome: what became of the object, a word of `fesloop.experiment.metrics.grasp_outcome.OUTCOMES`.
+    object_outcome: outcome of the object, a word of `fesloop.experiment.metrics.grasp_outcome.OUTCOMES`.
     held: whether that is "held". object_moved_mm: how far at most it moved in the hand during the hold, as
     long as it was in it (in the room where the hand's pose is not known). held_s: how long from the start of
     the hold it stayed `within_mm` in the hand, to the end of the hold at most.
@@ -259,9 +259,9 @@ def _found(trial: _Trial) -> Found:
 
 
 def _course(trial: _Trial) -> ObjectCourse:
-    """The object's way through the trial, where it is known the hand's, and what the hand's node says of it.
+    """Motion of the object in a trial, that of the hand where it is known, and the tables of the hand's node.
 
-    A wrist that gives way takes along what the hand holds.
+    A wrist that gives way moves a held object along.
     """
     score = trial.score
     times_s, places = trial.whole(score.object)

@@ -130,9 +130,9 @@ class TrackingSplit:
 
     Attributes
     ----------
-    total: truth against reference, what the patient sees.
-    tracker: truth against estimate, what the controller could not see, latency included.
-    controller: estimate against reference, what it saw and did not put right.
+    total: truth against reference, the error of the movement.
+    tracker: truth against estimate, the error that the controller cannot observe, latency included.
+    controller: estimate against reference, the error that it observes and does not correct.
     correlation: of the two parts, (joints,), so that total^2 = tracker^2 + controller^2
         + 2 correlation tracker controller; negative where the two errors cancel.
     from_s: of the first instant that counts; NaN where none does.

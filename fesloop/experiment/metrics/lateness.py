@@ -26,7 +26,7 @@ def realtime_summary(recording: Recording) -> dict[str, Any]:
     `late_ms` is how late work began, `took_ms` how long it took, both over all instants: `p50`, `p99`,
     `worst`; `histogram` counts the instants by `late_ms`, in classes that begin at `from_ms`; `done` counts
     them by what was done: kept, run late, skipped, stopped. `worst_collection_ms` and `worst_write_ms` are
-    how long the loop stood still, at most, for the collector and for writing the recording.
+    the longest pauses of the loop for the collector and for writing the recording.
     """
     rows = recording.instants
     if not rows.size:

@@ -54,20 +54,19 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     stayed where they were when the trial began. Both hold the reference between its own ticks, so a reference
     that moves is a staircase. tracker_rmse_deg: one a trial, estimate against
     the truth of the instant of its capture, once the tracker has taken its initial pose: earlier
-    outputs are assumptions. split_rmse_deg: the error that the patient sees (total), what
-    of it the controller could not see (tracker, latency included), and what it saw and did not put right
+    outputs are assumptions. split_rmse_deg: the error of the movement (total), the part that the controller
+    cannot observe (tracker, latency included), and the part that it observes and does not correct
     (controller), one a trial; split_from_s: the first instant that counts for these, at which the trial is
     scored (after_s), the reference is known, and an estimate that an aligned tracker put out had reached the
-    controller: the total need not be joint_rmse_deg. Under joints the same by joint;
-    range_deg, how far each joint moved, where only truth is scored. `grasp_metrics`, `cycle_metrics` and
-    `search_metrics` describe their own.
-    orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
-    played. joint_angle_rmse_deg: by pair, of the angle that the tracker gives to a controller, against that
-    of the reference by the same convention; flexion_axis_share: share of a pair's turning about the axis of
-    that angle, where it turns. fingertip_rmse_mm: by
-    tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
-    median and 99th percentile of the timed blocks' steps. missing: of every number that is NaN or None the
-    reason in words (`fesloop.experiment.metrics.missing`).
+    controller: the total need not be joint_rmse_deg. Under joints the same by joint; range_deg, how far each
+    joint moved, where only truth is scored. `grasp_metrics`, `cycle_metrics` and `search_metrics` describe
+    their own. orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that
+    was played. joint_angle_rmse_deg: by pair, of the angle that the tracker gives to a controller, against
+    that of the reference by the same convention; flexion_axis_share: share of a pair's turning about the axis
+    of that angle, where it turns. fingertip_rmse_mm: by tracker and fingertip, one a trial;
+    fingertip_coverage likewise, where the tracker gives its sd. step_us: median and 99th percentile of the
+    timed blocks' steps. missing: of every number that is NaN or None the reason in words
+    (`fesloop.experiment.metrics.missing`).
     """
     score = make(Score, recording.experiment["score"], {}, "score")
     metrics = _joint_metrics(recording, score)

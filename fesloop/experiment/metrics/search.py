@@ -68,7 +68,7 @@ class Asked(NamedTuple):
     movement: (23,), rad, from rest. verdict: on it.
     quality: as the search estimated it.
     best: elements and current that it recommended afterwards.
-    told_s: when it had the response.
+    told_s: instant at which it received the response.
     """
 
     elements: tuple[int, ...]

@@ -57,7 +57,7 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened to a node or a wire in a run."""
+    """An event of a node or a wire in a run."""
 
     trial: int
     time_ns: int

@@ -88,8 +88,8 @@ class Rescued:
 def rescued(path: Path) -> Iterator[Rescued]:
     """Copy a damaged recording, each stream up to its first lost row.
 
-    Every stream is there from a run's first moment on; what a cut takes away is the ends of some. Raises
-    InputError for a file that is no HDF5 file, or has lost what it says of the run as a whole.
+    Every stream is there from a run's first moment on; a truncation removes the ends of some. Raises
+    InputError for a file that is no HDF5 file, or has lost its facts about the run as a whole.
     """
     with tempfile.TemporaryDirectory(prefix="fesloop-rescue-") as folder:
         padded, whole = Path(folder) / f"{path.name}.padded", Path(folder) / path.name

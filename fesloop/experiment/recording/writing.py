@@ -149,7 +149,7 @@ class TimedBlock:
 
     Attributes
     ----------
-    durations_ns: of the steps so far, taken out by whoever writes them down.
+    durations_ns: of the steps so far, removed by their writer.
     """
 
     def __init__(self, block: Block) -> None:

@@ -149,7 +149,7 @@ class UnderWay:
     Attributes
     ----------
     simulated_ns: of all trials together, up to now.
-    worst_write_ns: the longest that the loop stood still for a write, at the end of trials apart.
+    worst_write_ns: longest pause of the loop for a write, except at the end of trials.
     """
 
     def __init__(self, experiment: ExperimentSpecification, loop: Loop,
@@ -340,7 +340,7 @@ def _refuse_live(experiment: ExperimentSpecification) -> None:
 
 
 def _seek(experiment: ExperimentSpecification) -> None:
-    """Let parts look for what they are to hear, so that a user who mistyped a name need not wait to know."""
+    """Let parts search for what they need, such as a stream, so that a mistyped name is reported at once."""
     for node in experiment.wiring.nodes:
         if offers(node.part, Seeks):
             node.part.seek()
@@ -348,7 +348,7 @@ def _seek(experiment: ExperimentSpecification) -> None:
 
 @contextmanager
 def _collecting_rarely() -> Iterator[None]:
-    """Recorded rows are many small tuples and no cycles: Python's collector would visit them in vain."""
+    """Collect garbage rarely: recorded rows are many small tuples without cycles."""
     before = gc.get_threshold()
     gc.set_threshold(_COLLECT_AFTER, *before[1:])
     try:
@@ -358,7 +358,7 @@ def _collecting_rarely() -> Iterator[None]:
 
 
 def _outcome(this: UnderWay) -> tuple[str, str]:
-    """Run, let every device go before anything else is done, and say how it ended: status and cause."""
+    """Run, and close every device at once after it; return status and cause of the end."""
     status, cause = "failed", ""
     try:
         status, cause = _ran(this)

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 _MOST_LABELLED = 20
 """Most numeric levels that are labelled; of more, round numbers are labelled."""
 _LETTER_PT, _GAP_PT, _LINE_PT = 4.9, 3.0, 11.0
-"""Width of a digit of a label, what is between two labels, and height of a line, points."""
+"""Width of a digit of a label, gap between two labels, and height of a line, points."""
 _MARGIN = 0.04
 _BESIDE_IN = 0.75
 """Part of a panel that its labels and title take, inches."""

@@ -75,7 +75,7 @@ class _Square:
 def write_values(
     drawing: Drawing, every: Sequence[Axes], content: Content, colour_of: Callable[[float], Any]
 ) -> bool:
-    """Write each value into its square, upright where only that has room; whether intervals are there too.
+    """Write each value into its square, upright where only that has room; return whether intervals fit too.
 
     All have one size. `colour_of` a value that is shown is that of its square.
     """

@@ -154,7 +154,7 @@ def _critical(rows: _Rows, panel: AxisLevel | None, line: AxisLevel | None) -> I
 def _critical_ms(rows: _Rows, cells: list[Cell], loops: list[LinearLoop]) -> float | None:
     """The least latency at which the loop is unstable; None where it is stable up to the last x.
 
-    Under jitter or loss, where growth takes long to compute, it is looked for from level to level.
+    Under jitter or loss, where growth takes long to compute, it is searched level by level.
     """
     wire = _wire_along_x(rows.figure, cells, loops)
     places = [loop.wire(wire).wire.latency_ns for loop in loops]

@@ -36,7 +36,7 @@ class GrowingStream:
         self.rows: NDArray[Any] = np.empty(0, dataset.dtype)
 
     def refresh(self) -> bool:
-        """Read what was added; whether anything was."""
+        """Read added rows; return whether there were any."""
         self._dataset.refresh()
         count = int(self._dataset.shape[0])
         if count <= self._read:
@@ -72,7 +72,7 @@ class GrowingRecording:
         self.refresh()
 
     def refresh(self) -> bool:
-        """Read what was added; whether anything was."""
+        """Read added rows; return whether there were any."""
         with undamaged(self._path):
             grown = [stream.refresh() for stream in self._streams.values()]
         return any(grown)
@@ -135,7 +135,7 @@ class Head:
     _moved_ns: int = 0
 
     def move(self, now_ns: int, newest: Instant, end_of: Callable[[int], int | None]) -> None:
-        """To where it is now, by the wall clock.
+        """Move to the current instant of the wall clock.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class Head:
 _FIRST_ROWS_S, _LOOK_S = 30.0, 0.05
 """Longest wait for the first rows of a run, and interval between checks, s."""
 _SILENT_NS = 2 * NS_PER_S
-"""Without new rows for so long something is wrong: a run writes every .4 to .8 s."""
+"""Time without new rows after which something is wrong: a run writes every .4 to .8 s."""
 _LATE_NS = 2 * NS_PER_S
 """Delay beyond which a run that has just written is late: writing alone takes less."""
 _CAMERA_FRAMES = 20
@@ -258,7 +258,7 @@ class FollowedRecording:
         return f"the run is at {newest[1] / NS_PER_S:.1f} s of trial {newest[0]}, not in real time"
 
     def _frame(self, note: str, known_ns: int) -> Shown:
-        """At the last instant of the frames' grid before the head; so that several can be made together."""
+        """Frame at the last instant of the grid before the head, so that several can be made together."""
         trial, number = self._head.trial, _number(self._head.time_ns)
         if (trial, number) not in self._made:
             numbers = range(number, max(number, min(number + AHEAD - 1, _number(known_ns))) + 1)
@@ -280,7 +280,7 @@ def _number(time_ns: int) -> int:
 
 
 def _instant_ns(number: int) -> int:
-    """The first at which a frame is shown."""
+    """First instant at which a frame is shown."""
     return -(-number * NS_PER_S // _PER_S)
 
 

@@ -52,7 +52,7 @@ class PlayedRecording:
     ----------
     recording: opened.
     notices: what is missing of it, a sentence each.
-    release: lets it go; called once, when this is closed.
+    release: closes it; called once, when this is closed.
 
     Raises InputError for one without a hand.
     """
@@ -93,7 +93,7 @@ class PlayedRecording:
                 for time_s, each in zip(times_s, seen, strict=True)]
 
     def close(self) -> None:
-        """Let the file go."""
+        """Close the file."""
         self._release()
 
 

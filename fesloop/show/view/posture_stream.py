@@ -44,7 +44,7 @@ class StreamLayout:
 
     Attributes
     ----------
-    poses_of: poses (17,) of a sample of all channels; NaN where that knows nothing.
+    poses_of: poses (17,) of a sample of all channels; NaN where the sample has no information.
     turns: whether the whole hand turns, or only its joints.
     """
 
@@ -108,7 +108,7 @@ def _unnamed(count: int, size: HandSize, where: str) -> list[str]:
 
 
 def _of_angles(size: HandSize, names: Sequence[str], numbers: NDArray[np.int64], factors: Array) -> _PosesOf:
-    """Other freedoms rest."""
+    """Function from samples of angles to poses; other freedoms rest."""
     tree = hand_tree(size)
     resting = np.deg2rad([RESTING_DEG[name] for name in tree.freedoms])
     columns = [tree.freedom(name) for name in names]
@@ -224,7 +224,7 @@ class PostureStream:
         return Shown(trial=0, time_s=time_s, hands=hands, objects=np.empty((0, 7)), note=note)
 
     def close(self) -> None:
-        """Let the stream go."""
+        """Close the stream."""
         self._over.set()
         self._reader.join()
         self._source.close()

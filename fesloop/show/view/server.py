@@ -60,16 +60,16 @@ def page_html(source: Source) -> str:
 LOOPBACK = "127.0.0.1"
 _NAMES = (LOOPBACK, "localhost")
 _SILENT_S = 2.0
-"""After so long without a frame a comment is sent, so that a browser that is gone is noticed."""
+"""Time without a frame after which a comment is sent, so that a closed browser is noticed."""
 _BUFFER_BYTES = 2**15
 """Send buffer of a connection (chosen: some ten frames; older ones are of no use)."""
 _SLOWEST_S = 10.0
-"""A browser that takes nothing for so long is given up."""
+"""Time after which a browser that reads nothing is disconnected."""
 _MOST = 32
-"""Connections at once (chosen: a browser opens up to six): without a bound they could take all that the
-machine has, and what waits for one more would never rest."""
+"""Connections at once (chosen: a browser opens up to six): without a bound they could use up the resources of
+the machine."""
 _OWN = (None, "same-origin", "none")
-"""Values of Sec-Fetch-Site (W3C, Fetch Metadata Request Headers) of what is no foreign page's."""
+"""Values of Sec-Fetch-Site (W3C, Fetch Metadata Request Headers) of requests that no foreign page makes."""
 
 
 class ViewServer(ThreadingHTTPServer):
@@ -99,25 +99,25 @@ class ViewServer(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """For a browser."""
+        """Address for a browser."""
         return f"http://{LOOPBACK}:{self.server_port}/"
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """In a thread of its own; where there are too many connections the new one is closed."""
+        """Handle a request in its own thread; close a connection beyond the greatest number."""
         if self._free.acquire(blocking=False):
             super().process_request(request, client_address)
         else:
             self.shutdown_request(request)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Make room for another when this one is over."""
+        """Handle a request, then free its place."""
         try:
             super().process_request_thread(request, client_address)
         finally:
             self._free.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that goes away is no error of ours; anything else is."""
+        """Report errors, except those of a browser that disconnects."""
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)
 
@@ -196,7 +196,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Say nothing."""
+        """Log nothing."""
 
 
 def start_of(query: str) -> Start:

@@ -15,7 +15,7 @@ from fesloop.show.report.parts import Figure3d
 
 Array = NDArray[np.float64]
 FRAME_S = 1.0 / 30.0
-"""Between two frames, at the least."""
+"""Least time between two frames, s."""
 _DIGITS = 5
 """Decimals of a pose's numbers (chosen: a hundredth of a millimetre, and of a milliradian)."""
 

@@ -16,14 +16,14 @@ from fesloop.show.view.played import PlayedRecording
 from fesloop.show.view.shown import Source
 
 _ALIVE_S = 10.0
-"""A run that has written nothing for so long was killed (chosen: it writes every .4 to .8 s)."""
+"""Time without a write after which a run counts as killed (chosen: it writes every .4 to .8 s)."""
 _PATIENCE_S, _PAUSE_S = 3.0, 0.05
-"""For so long a file that is being written is opened again and again: between two of its writer's steps HDF5
+"""Time for which opening a file is retried, and pause between attempts: between two steps of its writer, HDF5
 can find it shorter than it says."""
 _MOST_NAMED = 5
-"""Recordings of a folder that are named (chosen)."""
+"""Most recordings of a folder that are named (chosen)."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-"""With which HDF5 begins (HDF5 File Format Specification 3.0, II.A)."""
+"""First bytes of an HDF5 file (HDF5 File Format Specification 3.0, II.A)."""
 
 
 def open_recording(path: Path) -> Source:

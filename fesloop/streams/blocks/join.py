@@ -87,7 +87,7 @@ class Join:
         return joined
 
     def init(self, context: Context) -> StatusLatch:
-        """Statuses that hold: none."""
+        """State without a current status."""
         return StatusLatch()
 
     def step(self, state: StatusLatch, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:

@@ -30,9 +30,9 @@ Rate = str | int | float
 
 _SLOWEST, _FASTEST = 0.9, 2.0
 """Bounds of the common rate, relative to the fastest stream's (chosen): below, motion of more than half the
-common rate is taken for slower motion; above, most values are no one's samples."""
+common rate is aliased; above, most values are interpolated."""
 _FARTHEST = 3.0
-"""Periods from one sample to the next beyond which there is no line between them (chosen)."""
+"""Greatest distance between two samples, in periods, for interpolation between them (chosen)."""
 _LEAST = 2
 _MOST_ADDED = 5_000_000
 """Instants without a sample, as in `fesloop.streams.pace`."""
@@ -92,7 +92,7 @@ def _pace(part: Part, where: str) -> Pace:
 
 
 class _Lines:
-    """Lines between neighbouring samples of a part, looked up at instants (m,).
+    """Linear interpolation between neighbouring samples of a part, at instants (m,).
 
     Attributes
     ----------

@@ -98,7 +98,7 @@ class CaptureStamps:
                        "count from now on as those of samples that arrive at once")
 
     def _doubts(self, captured_ns: int, arrived_ns: int) -> tuple[str, str]:
-        """(status, detail) of why a stamp cannot be believed, empty where it can."""
+        """(status, detail) of an implausible stamp; empty for a plausible one."""
         if captured_ns > arrived_ns + AHEAD_NS:
             ahead = (captured_ns - arrived_ns) / NS_PER_MS
             return "stamp_ahead", f"a sample is stamped {ahead:.4g} ms after it arrived: left out"
@@ -169,7 +169,7 @@ _BACKLOG = 10_000
 
 
 class Heard(NamedTuple):
-    """A sample that can be believed: every channel, when it was captured and when it arrived, ns."""
+    """A plausible sample: every channel, and the instants of its capture and its arrival, ns."""
 
     values: NDArray[np.float64]
     captured_ns: int
@@ -177,7 +177,7 @@ class Heard(NamedTuple):
 
 
 class Note(NamedTuple):
-    """Something odd about the stream: when (ns), what, and in what way."""
+    """Note on a fault of the stream: instant (ns), status and detail."""
 
     time_ns: int
     status: str
@@ -185,7 +185,7 @@ class Note(NamedTuple):
 
 
 class StreamReader:
-    """Samples of a source in their order, and notes on what was odd about them.
+    """Samples of a source in their order, and notes on their faults.
 
     All instants are of `time.monotonic_ns()`. The thread puts in, the loop takes out; a deque needs no lock
     for that.
@@ -215,7 +215,7 @@ class StreamReader:
         self._thread.start()
 
     def attach(self, present: Present) -> None:
-        """A trial begins: what was captured before is not of it."""
+        """Begin a trial, which excludes samples that were captured before."""
         self._origin_ns = present.origin_ns
         self._samples.clear()
         self._notes.clear()
@@ -225,7 +225,7 @@ class StreamReader:
             self._notes.append(Note(present.origin_ns, "rate_changed", "samples come at a wrong rate"))
 
     def now_ns(self) -> int:
-        """By the wall clock."""
+        """Current time of the wall clock, ns."""
         return self._clock()
 
     def oldest(self) -> Heard | None:
@@ -307,7 +307,7 @@ class StreamReader:
         self._notes.append(Note(self._clock(), "stream_found", f"open again after {away_ms:.0f} ms"))
 
     def close(self) -> None:
-        """End the thread and let the stream go."""
+        """End the thread and close the stream."""
         self._ending.set()
         if self._thread.is_alive():
             self._thread.join(timeout=5.0)
