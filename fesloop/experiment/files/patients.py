@@ -197,7 +197,7 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     """Plain table of the model in a file; its `current_ma` is added to `table` if that has none."""
     try:
         model = load_patient_model(Path(value["file"]))
-        required = _wanted(table, document, model)
+        required = _made_for(table, document, model)
         if value.get("any_patient") or not patient_known:
             del required["patient"]
             required.pop("patient_fingerprint", None)
@@ -215,7 +215,7 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     return found
 
 
-def _wanted(table: Mapping[str, Any], document: Mapping[str, Any], model: PatientModel) -> dict[str, Any]:
+def _made_for(table: Mapping[str, Any], document: Mapping[str, Any], model: PatientModel) -> dict[str, Any]:
     """Properties of the experiment that a model is made for, as far as they are given."""
     choice, blocks = document.get("patient"), document["blocks"]
     properties: dict[str, Any] = {

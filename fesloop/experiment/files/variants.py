@@ -80,14 +80,14 @@ def pick(document: Mapping[str, Any], settings: Sequence[str], name: str) -> Pic
         made = _made(variants, keyed(base))
     except InputErrors as several:
         raise several.within(name) from None
-    asked = _asked(variants, settings, name)
-    options = {variant: asked.get(variant, table["default"]) for variant, table in variants.items()}
-    picked = [f"{variant}={option}" for variant, option in options.items() if variant in asked]
+    from_settings = _picked_options(variants, settings, name)
+    options = {variant: from_settings.get(variant, table["default"]) for variant, table in variants.items()}
+    picked = [f"{variant}={option}" for variant, option in options.items() if variant in from_settings]
     full_name = f"{name} with {', '.join(picked)}" if picked else name
     chosen = {key_text(("variants", *pair)): made[pair] for pair in options.items()}
     together = _together(keyed(base), chosen, name)
     for pair in options.items():
-        _require_obeyed(keyed(base) | layers, made, variants[pair[0]], pair, pair[0] in asked, name)
+        _require_obeyed(keyed(base) | layers, made, variants[pair[0]], pair, pair[0] in from_settings, name)
     tables = plain_lists(together)
     return Picked(document=_described(tables, variants, options), options=options, name=full_name,
                   variants=listed(document), settings=others)
@@ -104,7 +104,7 @@ def _key(setting: str) -> str:
     return setting.partition("=")[0].strip()
 
 
-def _asked(variants: Tables, settings: Sequence[str], name: str) -> dict[str, str]:
+def _picked_options(variants: Tables, settings: Sequence[str], name: str) -> dict[str, str]:
     """Options that settings pick, by variant; raises InputError for an unknown option."""
     picked = {}
     for setting in settings:

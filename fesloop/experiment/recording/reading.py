@@ -294,7 +294,7 @@ class Recording:
     def signal(self, name: str, trial: int = 0) -> Signal:
         """An output signal, or the values of a plant input, in one trial.
 
-        Raises InputError for a name that is not recorded, or a trial that was not begun.
+        Raises InputError for a name that is not recorded, or a trial that never began.
         """
         rows, field = self._stream(name)
         return signal_of(name, field, rows, *self._span(rows, trial))

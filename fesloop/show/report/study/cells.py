@@ -1,4 +1,4 @@
-"""A study's cells in a table, and what failed."""
+"""Table of a study's cells, and section on its failed runs."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from fesloop.show.report.run.words import counted
 from fesloop.show.report.study.shown import Shown
 
 _MOST_ROWS = 60
-"""Cells that are listed one by one; of more, levels of each axis (chosen)."""
+"""Most cells that are listed one by one; of more, levels of each axis are listed (chosen)."""
 _MOST_INTERVALS = 4
-"""Metrics whose intervals there is room for (chosen)."""
+"""Most metrics that are listed with their intervals (chosen)."""
 _MOST_CAUSES, _MOST_LEVELS = 20, 4
-"""Causes that are listed, and levels that are named as where they happened (chosen)."""
+"""Most causes that are listed, and most levels that are named for each (chosen)."""
 
 
 def cells_section(shown: Shown) -> Section | None:
-    """Every cell, or every level of each axis, with all metrics; None where there is nothing to tell."""
+    """Every cell, or every level of each axis, with all metrics; None without results."""
     rows = shown.results.summary(_MOST_ROWS)
     if not rows or not shown.results.finished:
         return None
@@ -65,14 +65,14 @@ def failures_section(shown: Shown) -> Section | None:
 
 def _where(shown: Shown, rows: NDArray[np.int64]) -> str:
     """Levels to which runs are confined, axis by axis; "everywhere" where they are not."""
-    told = []
+    parts = []
     for axis, levels in shown.results.axes.items():
         places = np.unique(shown.results.runs[axis].cat.codes.to_numpy()[rows])
         if len(places) < len(levels) and len(places) <= _MOST_LEVELS:
             name, unit = shown.axis(axis)
             texts = ", ".join(level_text(levels[place]) for place in places)
-            told.append(f"{name} {texts} {unit}".rstrip())
-    return "; ".join(told) or "everywhere"
+            parts.append(f"{name} {texts} {unit}".rstrip())
+    return "; ".join(parts) or "everywhere"
 
 
 def _shares(shown: Shown, failed: NDArray[np.bool_]) -> Iterator[Part]:

@@ -54,20 +54,20 @@ def _texts(scale: AxisScale) -> list[str]:
 
 def _grid(shown: Shown, content: Content, panel: AxisLevel | None) -> tuple[Array, list[list[str]],
                                                                            list[list[str]]]:
-    """Values, what stands in cells, and what is told of each, row by row from below."""
+    """Values, texts in cells, and tooltips of cells, row by row from below."""
     x, y = content.x.levels, content.y.levels
     values = np.full((len(y), len(x)), np.nan)
     cells = [["" for _ in x] for _ in y]
-    told = [["not planned" for _ in x] for _ in y]
+    texts = [["not planned" for _ in x] for _ in y]
     decimals = decimals_of(content.cells)
     for cell in content.on(panel):
         row = y.index(cell.levels[str(content.figure.y)])
         column = x.index(cell.levels[content.figure.x])
         values[row, column] = content.factor * cell.value
         cells[row][column] = _cell_text(cell, decimals)
-        told[row][column] = _told(shown, content, cell)
+        texts[row][column] = _tooltip(shown, content, cell)
     way = _way(content)
-    return values[::way], cells[::way], told[::way]
+    return values[::way], cells[::way], texts[::way]
 
 
 def _cell_text(cell: Estimate, decimals: int) -> str:
@@ -77,14 +77,14 @@ def _cell_text(cell: Estimate, decimals: int) -> str:
     return "×" if cell.failed else "–"
 
 
-def _told(shown: Shown, content: Content, cell: Estimate) -> str:
+def _tooltip(shown: Shown, content: Content, cell: Estimate) -> str:
     lost = [f"{count} of {cell.planned} runs {what}" for count, what in (
         (cell.failed, "failed"), (cell.missing, "without it"), (cell.waiting, "not over yet")) if count]
     return "; ".join([f"{content.metric_label}: {shown.value(cell)}", *lost])
 
 
 def _contour(content: Content, overlay: Overlay) -> Line:
-    """An overlay counted in columns and rows; one without y stands upright over all rows."""
+    """An overlay in units of columns and rows; one without y is a vertical line over all rows."""
     x = _counted(content.x, np.array(overlay.x, dtype=np.float64))
     if len(overlay.y):
         y = _counted(content.y, np.array(overlay.y, dtype=np.float64))
@@ -116,7 +116,7 @@ def beside_theory(content: Content) -> str:
     if content.figure.theory != "stationary_cost":
         return ""
     off: list[float] = []
-    held: list[bool] = []
+    inside: list[bool] = []
     panels = {level_text(panel): panel for panel in content.panels if panel is not None}
     lines = {level_text(line): line for line in content.lines if line is not None}
     for overlay in content.overlays:
@@ -127,10 +127,10 @@ def beside_theory(content: Content) -> str:
             value = exact.get(float(cell.levels[content.figure.x]))
             if value and np.isfinite(cell.value):
                 off.append(100.0 * (cell.value / value - 1.0))
-                held += [cell.low <= value <= cell.high] if np.isfinite(cell.high - cell.low) else []
+                inside += [cell.low <= value <= cell.high] if np.isfinite(cell.high - cell.low) else []
     if not off:
         return ""
-    within = f"; theory lies within {sum(held)} of {len(held)} intervals" if held else ""
+    within = f"; theory lies within {sum(inside)} of {len(inside)} intervals" if inside else ""
     return f"Simulation lies {min(off):+.1f} to {max(off):+.1f} % off theory at {len(off)} cells{within}."
 
 
@@ -162,7 +162,7 @@ def _even(content: Content) -> bool:
 
 
 def _curve(content: Content, cells: Sequence[Estimate], place: int, level: AxisLevel | None) -> Line | None:
-    """Values of one line; points with bars where what is between them cannot be told."""
+    """Values of one line; points with bars where values between them are not defined."""
     if not cells:
         return None
     x = content.x.places_of([cell.levels[content.figure.x] for cell in cells])
@@ -178,7 +178,7 @@ def _curve(content: Content, cells: Sequence[Estimate], place: int, level: AxisL
 
 
 def _theory(content: Content, panel: AxisLevel | None, limits: tuple[float, float]) -> Iterator[Line]:
-    """Overlays, each in the colour of its line; one without y stands upright."""
+    """Overlays, each in the colour of its line; one without y is vertical."""
     lines = [level_text(line) for line in content.lines if line is not None]
     for overlay in content.overlays_on(panel):
         at = content.x.along(overlay.x)
@@ -190,7 +190,7 @@ def _theory(content: Content, panel: AxisLevel | None, limits: tuple[float, floa
         if not len(overlay.y):
             at, y = np.repeat(at, 3), np.tile([*limits, np.nan], len(overlay.x))
         else:
-            # What lies above the chart would be drawn over its title.
+            # Points above the chart would cover its title.
             y = np.where(y > limits[1], np.nan, y)
         yield Line(name=name, role=role, x=at, y=y, style="dashed")
 
@@ -198,24 +198,24 @@ def _theory(content: Content, panel: AxisLevel | None, limits: tuple[float, floa
 def _text(content: Content, heading: str, lines: Sequence[Line]) -> str:
     shown = by(content.metric_label, [content.axis_label(content.figure.x)])
     where = f"{shown}, {heading}" if heading else shown
-    told = [f"{line.name} {np.nanmin(line.y):.3g} to {np.nanmax(line.y):.3g}" for line in lines
-            if np.isfinite(line.y).any()]
-    return f"{where}: {'; '.join(told) or 'no value'}."
+    ranges = [f"{line.name} {np.nanmin(line.y):.3g} to {np.nanmax(line.y):.3g}" for line in lines
+              if np.isfinite(line.y).any()]
+    return f"{where}: {'; '.join(ranges) or 'no value'}."
 
 
 _MOST_LINES, _MOST_METRICS = 8, 4
-"""Curves of a chart, and charts, that are chosen where a study's file asks for none (chosen)."""
+"""Most curves of a chart, and most charts, where a study's file requests none (chosen)."""
 _MOST_SOLVED = 20
-"""Cells of a study whose theory is found for its report where none was kept (chosen: within seconds)."""
+"""Most cells of a study whose missing theory is computed for its report (chosen: takes seconds)."""
 _NO_THEORY = ("Theory is not drawn: none was kept beside this study's results. Start the study once more: "
               "runs that are over are not run again, and theory's lines are kept.")
 
 
 def figure_sections(shown: Shown) -> Iterator[Section]:
-    """A section a figure; what cannot be shown is said there."""
-    asked = shown.results.study.get("figures") or list(_chosen(shown))
+    """One section per figure, with a notice on what cannot be shown."""
+    tables = shown.results.study.get("figures") or list(_chosen(shown))
     kept, faults = _kept(shown)
-    for number, table in enumerate(asked):
+    for number, table in enumerate(tables):
         parts: list[Part] = []
         title = f"Figure {number + 1}"
         try:
@@ -243,7 +243,7 @@ def _chosen(shown: Shown) -> Iterator[dict[str, Any]]:
 
 
 def _kept(shown: Shown) -> tuple[dict[str, list[Overlay]], list[Part]]:
-    """Theory that was kept, by figure, and what to say of it if it cannot be read."""
+    """Theory that was kept, by figure, and a notice if it cannot be read."""
     try:
         return kept_overlays(shown.results.path.parent, shown.results.about.get("created", "")), []
     except FesloopError as fault:
@@ -271,14 +271,14 @@ def _content(
     try:
         return Content.of(results, figure, overlays), notices
     except FesloopError:
-        # Theory that does not fit takes no figure with it.
+        # A figure is shown without theory that does not fit.
         if not overlays:
             raise
         return Content.of(results, figure, ()), [Notice(text="Theory is not drawn: it fits another figure.")]
 
 
 def _parts(shown: Shown, content: Content) -> Iterator[Part]:
-    """The pictures, and what their numbers are."""
+    """The pictures, and a description of their numbers."""
     if not any(np.isfinite(cell.value) for cell in content.cells):
         yield Notice(text=f"Nothing to show yet: no run that is over has {content.metric_label}.")
         yield Paragraph(text=f"{_upper(content.caption(intervals=False))}.")
@@ -299,7 +299,7 @@ def _parts(shown: Shown, content: Content) -> Iterator[Part]:
 
 
 def _points(content: Content) -> Iterator[Chart]:
-    """Points that were drawn over two axes, over each of them."""
+    """Charts of sampled points of two axes, over each axis."""
     value = content.factor * np.array([cell.value for cell in content.cells])
     for axis, scale in ((content.figure.x, content.x), (str(content.figure.y), content.y)):
         yield Chart(
@@ -313,7 +313,7 @@ def _points(content: Content) -> Iterator[Chart]:
 
 
 def _title(content: Content) -> str:
-    """The figure's own, else what it shows by which axes."""
+    """The figure's own title, else its metric and axes."""
     figure = content.figure
     return figure.title or by_axes(content, [axis for axis in (figure.x, figure.y) if axis is not None])
 

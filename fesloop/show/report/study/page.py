@@ -33,9 +33,9 @@ def _question(shown: Shown) -> str:
             for axis, levels in results.axes.items() if len(levels) > 1]
     if not axes:
         return f"`{base}` was repeated."
-    drawn = results.study.get("study", {}).get("design", "grid") != "grid"
+    sampled = results.study.get("study", {}).get("design", "grid") != "grid"
     names = [shown.axis(axis)[0] for axis, levels in results.axes.items() if len(levels) > 1]
-    varied = f"over {counted(results.runs['cell'].nunique(), 'point')} of {listed(names)}" if drawn \
+    varied = f"over {counted(results.runs['cell'].nunique(), 'point')} of {listed(names)}" if sampled \
         else f"over {listed(axes)}"
     return f"`{base}` was run {varied}."
 
@@ -52,7 +52,7 @@ def _state(shown: Shown) -> str:
 
 
 def _found(shown: Shown) -> str:
-    """The best and the worst cell, the lowest and the highest where it is not known which is which."""
+    """The best and the worst cell; the lowest and the highest where the good end is not known."""
     if not shown.metric:
         return ""
     cells = [cell for cell in shown.results.cells(shown.metric) if np.isfinite(cell.value)]
@@ -96,7 +96,7 @@ _SECTIONS: tuple[tuple[str, str, Build], ...] = (
 def study_page(path: str | Path) -> Page:
     """The report of a study, finished or not; `path` is its store or the folder of that.
 
-    Where rows of a store are not those that fesloop wrote, the page shows them and says so. Raises InputError
+    Rows of a store that fesloop did not write are shown with a notice. Raises InputError
     for a file that is not a study's store, or that SQLite cannot read.
     """
     store = store_path(path)
@@ -128,7 +128,7 @@ def _sentence(shown: Shown) -> str:
 
 
 def _built(shown: Shown, key: str, title: str, build: Build) -> Iterator[Section]:
-    """A section or several; one that fails says so in its place, and takes no other with it."""
+    """One section or several; one that fails is replaced by a notice, and the others are shown."""
     try:
         found = build(shown)
         yield from [found] if isinstance(found, Section) else found or ()

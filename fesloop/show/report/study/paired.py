@@ -1,4 +1,4 @@
-"""Paired comparisons: what a level of an axis costs beside another, everything else being the same."""
+"""Paired comparisons: difference between two levels of an axis, everything else being the same."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from fesloop.show.report.run.words import counted
 from fesloop.show.report.study.shown import Shown, value_text
 
 _MOST_EACH = 4
-"""Levels of text up to which each is compared with each; beyond, each with the first (chosen)."""
+"""Most levels of text for comparison of each with each; of more, each is compared with the first (chosen)."""
 _MOST_METRICS = 8
-"""Metrics that are compared (chosen: a page that is read)."""
+"""Most metrics that are compared (chosen: length of the page)."""
 _TOLD = (
     "Runs of one replicate met the same noise in every cell, so a difference between two levels is known "
     "better than either value. Each row is the first level less the second, over pairs of runs that differ "
@@ -45,7 +45,7 @@ def _of_axis(shown: Shown, axis: str, metrics: list[str]) -> Iterator[Part]:
                 shown.metric_name(metric)[0]
             judged = f" ({found[0].interval}; p: {found[0].test})" if any(each.units > 1 for each in found) \
                 else ", of one value each: how sure it is is not known"
-            tables.append(_told_in(Table(
+            tables.append(_without_empty_columns(Table(
                 title=f"{with_unit(*shown.axis(axis))}: difference in {name}, {found[0].statistic}{judged}",
                 columns=_COLUMNS, rows=[_row(axis, each) for each in found])))
     yield from tables[:1]
@@ -54,12 +54,12 @@ def _of_axis(shown: Shown, axis: str, metrics: list[str]) -> Iterator[Part]:
         yield Fold(title=f"{shown.axis(axis)[0]}: {more}", parts=tables[1:])
 
 
-def _told_in(table: Table) -> Table:
-    """The table without columns that tell nothing."""
-    told = [number for number in range(len(table.columns))
+def _without_empty_columns(table: Table) -> Table:
+    """The table without empty columns."""
+    kept = [number for number in range(len(table.columns))
             if any(row[number] not in ("", "-") for row in table.rows)]
-    return Table(title=table.title, columns=[table.columns[number] for number in told],
-                 rows=[[row[number] for number in told] for row in table.rows])
+    return Table(title=table.title, columns=[table.columns[number] for number in kept],
+                 rows=[[row[number] for number in kept] for row in table.rows])
 
 
 def _compared(shown: Shown, axis: str, metric: str) -> Iterator[Comparison]:
@@ -68,7 +68,7 @@ def _compared(shown: Shown, axis: str, metric: str) -> Iterator[Comparison]:
         try:
             found = shown.results.compare(metric, {axis: one}, {axis: other})
         except FesloopError:
-            continue  # points that were drawn share no levels of other axes
+            continue  # sampled points share no levels of other axes
         if found.units:
             yield found
 

@@ -21,14 +21,14 @@ from fesloop.show.report.run.words import listed
 Better = Literal["low", "high"]
 _HIGH = frozenset({"held", "held_s", "grip_margin", "grasps_until_fatigue", "found_quality",
                    "found_selectivity", "optimum_share", "fingertip_coverage"})
-"""Metrics of runs (`fesloop.experiment.metrics`) of which more is better."""
+"""Metrics of runs (`fesloop.experiment.metrics`) that are better when greater."""
 _LOW = ("rmse", "rmse_deg", "rmse_mm", "rmse_n", "error_deg", "minutes", "queries", "charge_uc",
         "object_moved_mm", "unwanted_motion_deg", "decline_pct", "time_to_grasp_s")
-"""Ends of the names of those of which less is better."""
+"""Suffixes of the names of metrics that are better when smaller."""
 
 
 def better_end(results: StudyResults, metric: str) -> Better | None:
-    """The good end of a study's metric, by what it is in a run; None where that is not known."""
+    """The good end of a study's metric, from the metric of a run; None where that is not known."""
     kept = str(results.study.get("study", {}).get("metrics", {}).get(metric, metric))
     parts = kept.partition(":")[0].split(".")
     if any(part in _HIGH for part in parts):
@@ -63,7 +63,7 @@ class Shown:
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
-        """Axes whose levels are a sample: members of a cohort, points of a design that draws."""
+        """Axes whose levels are a sample: members of a cohort, points of a sampled design."""
         return tuple(sampled_axes(self.results.study, self.results.axes))
 
     @property
@@ -78,14 +78,14 @@ class Shown:
         return called(axis, table.get("label", ""), table.get("unit", ""))
 
     def metric_name(self, metric: str) -> tuple[str, str]:
-        """Name and unit of a metric: as the first figure calls it that shows it."""
+        """Name and unit of a metric, from the first figure that shows it."""
         for figure in self.results.study.get("figures") or ():
             if figure.get("metric") == metric:
                 return called(metric, figure.get("label", ""), figure.get("unit", ""))
         return called(metric)
 
     def metric_label(self, metric: str) -> str:
-        """A metric as it stands over a column."""
+        """Heading of a metric in a table."""
         return with_unit(*self.metric_name(metric))
 
     def level(self, axis: str, level: AxisLevel) -> str:
