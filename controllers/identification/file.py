@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.allocation import Allocation
 from controllers.identification.dynamics import Method
 from controllers.identification.patient_model import IdentificationRecord, Identified, identify
-from controllers.limits.allocation import Allocation
 from fesloop.errors import InputError
 from fesloop.experiment.files.patients import describe, patient_fingerprint
 from fesloop.experiment.recording.reading import Recording

@@ -10,12 +10,10 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.ilc.checks import cautions_in_place, check, faults
-from controllers.ilc.convergence import Condition, condition_of
+from controllers.ilc.convergence import Condition, cautions_in_place, check, condition_of, faults
 from controllers.ilc.laws import pulses_of
 from controllers.ilc.parameters import IlcParameters
-from controllers.ilc.trajectories import explained
-from controllers.ilc.trial import SeenTrial
+from controllers.ilc.trajectories import SeenTrial, explained
 from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import Passage, Surroundings

@@ -33,9 +33,9 @@ from scipy import sparse
 from scipy.linalg import block_diag
 from scipy.signal import butter, sosfiltfilt
 
+from controllers.allocation import Allocation, allocate
 from controllers.ilc.trajectories import adjoint, optimal_change, response, strongest
-from controllers.limits.allocation import Allocation, allocate
-from controllers.qp.dense import Qp, QpResult, solve_sparse
+from controllers.quadratic_programme import Qp, QpResult, solve_sparse
 from fesloop.errors import InputError
 from fesloop.models.linear_model import SampledModel
 

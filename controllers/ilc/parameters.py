@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.allocation import Allocation, allocation_of
 from controllers.ilc.laws import AllocatedCurves, LawName, Learning, Limits, SolverName
 from controllers.ilc.trajectories import BankRule
-from controllers.limits.allocation import Allocation, allocation_of
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.models.linear_model import LinearModel, SampledModel

@@ -15,7 +15,7 @@ from controllers.mpc.design import candidates_of, carry_over, compare, nominal
 from controllers.mpc.kernel import build_problem, issue_drive, solve_in_contact
 from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.state import Loop, MpcState, fall_back
-from controllers.qp.dense import NOT_FINITE
+from controllers.quadratic_programme import NOT_FINITE
 from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit, Surroundings

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.limits.allocation import LEAST_REACH, check_reach, posture_within, require_kept
+from controllers.allocation import LEAST_REACH, check_reach, posture_within, require_kept
 from controllers.mpc.parameters import MpcParameters
 from controllers.timing import DELAY_STATUS, delay_text, missed_ns, period_ns
 from fesloop.errors import InputError

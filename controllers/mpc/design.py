@@ -14,7 +14,7 @@ from controllers.mpc.observer import Observer, ObserverState
 from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.plan import Limits, Plan, Weights, make_plan
 from controllers.mpc.strength_adaptation import StrengthAdaptation, StrengthState
-from controllers.qp.dense import Qp
+from controllers.quadratic_programme import Qp
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import LinearModel
 

@@ -10,12 +10,12 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.limits.allocation import allocate, risen
+from controllers.allocation import allocate, risen
 from controllers.mpc.observer import correct, predict, record
 from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.plan import charge_room, free_optimum, limits
 from controllers.mpc.state import Loop, MpcState
-from controllers.qp.dense import NOT_FINITE, QpResult, check_vectors
+from controllers.quadratic_programme import NOT_FINITE, QpResult, check_vectors
 from fesloop.compiled import compiled
 from fesloop.loop.signals import Sample
 

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.grip.contact import Contact
-from controllers.limits.allocation import Allocation, allocation_of
+from controllers.allocation import Allocation, allocation_of
+from controllers.grip import Contact
 from controllers.mpc.strength_adaptation import StrengthAdaptation
 from fesloop.models.linear_model import LinearModel
 

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cho_factor, cho_solve, null_space
 
-from controllers.limits.allocation import planned_charge
+from controllers.allocation import planned_charge
 from fesloop.compiled import compiled
 from fesloop.models.linear_model import SampledModel
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.grip.contact import Touch
-from controllers.limits.allocation import risen
+from controllers.allocation import risen
+from controllers.grip import Touch
 from controllers.mpc.design import Candidate
 from controllers.mpc.observer import ObserverState
 from controllers.mpc.parameters import MpcParameters

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.limits.allocation import Allocation, allocate
+from controllers.allocation import Allocation, allocate
 from controllers.timing import period_ns
 from fesloop.compiled import compiled
 from fesloop.errors import InputError

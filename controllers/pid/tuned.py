@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.limits.allocation import Allocation, allocate, allocation_of, risen
+from controllers.allocation import Allocation, allocate, allocation_of, risen
 from controllers.pid.tuning import RuleName, Tuning, static_gain, tuned
-from controllers.qp.dense import Qp
+from controllers.quadratic_programme import Qp
 from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit

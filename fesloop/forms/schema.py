@@ -31,12 +31,21 @@ from typing import (
 )
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from pydantic import ConfigDict, Discriminator, Tag
 from pydantic import Field as Described
 from typing_extensions import TypedDict, is_typeddict
 
 from fesloop.errors import InputError
-from fesloop.forms.matrices import matrix
+
+
+def matrix(where: str, rows: ArrayLike) -> NDArray[np.float64]:
+    """Numbers, or rows of them, as an array. Raises InputError for rows of unequal length."""
+    try:
+        return np.atleast_1d(np.asarray(rows, dtype=np.float64))
+    except ValueError:
+        raise InputError(where, "rows of unequal length", "rows of one length") from None
+
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 Kinds = Mapping[str, type[Any]]

@@ -15,7 +15,7 @@ from scipy.special import ndtri
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
-from fesloop.forms.matrices import matrix
+from fesloop.forms.schema import matrix
 from fesloop.loop.clock import NS_PER_S, RateClock
 
 if TYPE_CHECKING:

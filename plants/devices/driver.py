@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, ClassVar, Protocol
 
-from plants.stimulator.generations import Preset
+from plants.stimulator import Preset
 
 Pulses = Sequence[tuple[float, float]]
 """Current, A, and pulse width, s, of each channel; zeros for a channel without pulses."""

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from fesloop.errors import InputError
 from plants.devices.driver import DeviceFault, Pulses
-from plants.stimulator.generations import PRESETS, Preset
+from plants.stimulator import PRESETS, Preset
 
 
 class Dry:

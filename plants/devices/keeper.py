@@ -45,7 +45,7 @@ from plants.devices.messages import (
     read_command,
     read_terms,
 )
-from plants.stimulator.generations import Preset
+from plants.stimulator import Preset
 
 _ROUND_OFF = 1e-6
 

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from fesloop.errors import InputError
 from plants.devices.driver import Pulses
-from plants.stimulator.generations import PRESETS, Preset
+from plants.stimulator import PRESETS, Preset
 
 if TYPE_CHECKING:
     from plants.devices.science_mode_line import ScienceModeLine

@@ -23,7 +23,7 @@ from plants.checks import require_positive
 from plants.devices.driver import StimulatorDriver, stated_ms
 from plants.devices.kept_device import KeptDevice
 from plants.devices.messages import Terms
-from plants.stimulator.generations import IEC_LOAD_OHM, LIMITED, Limits, given_pulse
+from plants.stimulator import IEC_LOAD_OHM, LIMITED, Limits, given_pulse
 
 if TYPE_CHECKING:
     from fesloop.loop.abilities import Present

@@ -37,19 +37,22 @@ from plants.hand.contract import (
     turn_forearm,
 )
 from plants.hand.model import (
+    ADULT_MM,
+    Muscle,
     add_muscles,
     add_splint,
     add_springs,
     build_hand,
     compiled,
     empty_spec,
+    moment_arms,
+    muscles,
     nominal_passive,
     require_posture,
     resting_posture,
     resting_tension,
     set_passive_joints,
 )
-from plants.hand.muscles import ADULT_MM, Muscle, moment_arms, muscles
 from plants.hand.scene import GraspObject, Table, add_object, add_table, require_apart
 
 Array = NDArray[np.float64]
@@ -99,7 +102,7 @@ class Hand:
         f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)),   l_i = l_rest - R_i (q - q_rest) / fibre length
 
     in MuJoCo's fixed steps; activation is latched at their starts. Muscles are those of
-    `fesloop.hand.movements`, with forces, fibres and constant moment arms R of `plants.hand.muscles`;
+    `fesloop.hand.movements`, with forces, fibres and constant moment arms R of `plants.hand.model`;
     force-length, force-velocity and passive tension are MuJoCo's muscle curves, and tendons are stiff.
     Passive moments of the joints themselves are linear (`plants.hand.model`), with springs set so that
     without gravity the hand rests at `rest_deg`.
@@ -118,7 +121,7 @@ class Hand:
 
     Attributes
     ----------
-    hand: measures and side; forces and moments scale with its length (`plants.hand.muscles`).
+    hand: measures and side; forces and moments scale with its length (`plants.hand.model`).
     forearm_orientation: (w, x, y, z), from the wrist coordinate system to the global frame (ENU); empty: palm
         down, fingers to the north.
     forearm_moves: whether the input `forearm` turns the forearm.

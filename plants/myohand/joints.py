@@ -14,8 +14,7 @@ from fesloop.compiled import compiled
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import FINGER_RESTS_DEG
-from plants.hand.model import RESTING_LENGTH, nominal_passive
-from plants.hand.muscles import FIBRES_MM, passive_n_m
+from plants.hand.model import FIBRES_MM, RESTING_LENGTH, nominal_passive, passive_n_m
 from plants.myohand.anatomy import JOINTS, REPRESENTS, activated_by
 
 Array = NDArray[np.float64]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import dorsal_points
 from plants.hand.model import (
+    FIBRES_MM,
     FINGER,
     FINGER_BASE,
     NEARLY_NONE,
@@ -23,7 +24,6 @@ from plants.hand.model import (
     sense_sites,
     set_solver,
 )
-from plants.hand.muscles import FIBRES_MM
 from plants.myohand.anatomy import (
     BONES,
     HAND_BODY,

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.hand.movements import MUSCLES
-from plants.hand.model import DENSITY, END_SOLIMP
-from plants.hand.muscles import EXTENSOR_SHARE, FLEXOR_SHARE, MOBL_ARMS_N
+from plants.hand.model import DENSITY, END_SOLIMP, EXTENSOR_SHARE, FLEXOR_SHARE, MOBL_ARMS_N
 from plants.myohand.anatomy import BONES, PALM_BODIES, REPRESENTS
 
 Array = NDArray[np.float64]
@@ -74,7 +73,7 @@ def _deviation(spec: mujoco.MjSpec) -> None:
 
 
 def _strength(spec: mujoco.MjSpec) -> None:
-    """Scale peak forces by the fractions of `plants.hand.muscles`; EDC5_r has 39.4 N, shipped as 139.4."""
+    """Scale peak forces by the fractions of `plants.hand.model`; EDC5_r has 39.4 N, shipped as 139.4."""
     set_force(spec.actuator("EDC5_r"), MOBL_ARMS_N["EDC5"])
     for name in MUSCLES:
         share = EXTENSOR_SHARE if name[0] in "EA" else FLEXOR_SHARE

@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/events.md"
 ROOMS = ("controllers", "estimators", "plants", "fesloop")
 SECTIONS = {
-    "controllers/safety/": "Safety",
-    "plants/stimulator/": "Stimulator and devices",
+    "controllers/safety.py": "Safety",
+    "plants/stimulator.py": "Stimulator and devices",
     "plants/devices/": "Stimulator and devices",
     "plants/electrodes/": "Electrodes and muscles",
     "plants/muscles/": "Electrodes and muscles",
@@ -26,8 +26,8 @@ SECTIONS = {
     "controllers/pid/": "PID",
     "controllers/ilc/": "Iterative learning (ILC)",
     "controllers/mpc/": "Predictive control (MPC)",
-    "controllers/qp/": "Quadratic programmes",
-    "controllers/grip/": "Grip force",
+    "controllers/quadratic_programme.py": "Quadratic programmes",
+    "controllers/grip.py": "Grip force",
     "controllers/point_search/": "Point search",
     "controllers/reference/": "References",
     "fesloop/streams/blocks/": "Streams, recorded and live",
@@ -36,13 +36,13 @@ SECTIONS = {
     "fesloop/loop/": "Loop and wires",
 }
 """Heading of the page under which the statuses of a file stand."""
-_QP = ("controllers/qp/dense.py:_DAQP", "controllers/qp/dense.py:_OSQP",
-       "controllers/qp/dense.py:solve", "controllers/qp/dense.py:_solve",
-       "controllers/qp/dense.py:solve_sparse")
-_DEVICE_LIMITS = ("plants/stimulator/generations.py:LIMITED",)
+_QP = ("controllers/quadratic_programme.py:_DAQP", "controllers/quadratic_programme.py:_OSQP",
+       "controllers/quadratic_programme.py:solve", "controllers/quadratic_programme.py:_solve",
+       "controllers/quadratic_programme.py:solve_sparse")
+_DEVICE_LIMITS = ("plants/stimulator.py:LIMITED",)
 _STOPPED = ("plants/devices/driver.py:FAULTS", "plants/devices/kept_device.py:_read")
 INDIRECT = {
-    ("controllers/grip/block.py", "status"): ("controllers/grip/block.py:_TROUBLES",),
+    ("controllers/grip.py", "status"): ("controllers/grip.py:_TROUBLES",),
     ("controllers/ilc/block.py", "*report"): (
         "controllers/ilc/convergence.py:cautions", "controllers/ilc/block.py:next_trial",
         "controllers/ilc/trajectories.py:explained", "controllers/ilc/laws.py:_learnt", *_QP),
@@ -51,17 +51,17 @@ INDIRECT = {
     ("controllers/pid/tuned.py", "trouble"): ("controllers/pid/tuned.py:step", *_QP),
     ("controllers/point_search/block.py", "status"): (
         "controllers/point_search/block.py:_hear", "controllers/point_search/block.py:_ask"),
-    ("controllers/safety/block.py", "trouble[0]"): (
-        "controllers/safety/block.py:_trouble", "controllers/safety/kernel.py:_present",
-        "controllers/safety/kernel.py:_plausible"),
-    ("controllers/safety/block.py", "status"): ("controllers/safety/kernel.py:LIMITED",),
+    ("controllers/safety.py", "trouble[0]"): (
+        "controllers/safety.py:_trouble", "controllers/safety.py:_present",
+        "controllers/safety.py:_plausible"),
+    ("controllers/safety.py", "status"): ("controllers/safety.py:LIMITED",),
     ("estimators/constrained/block.py", "event"): ("estimators/constrained/block.py:report",),
     ("estimators/kortier/tick.py", "status"): ("estimators/kortier/tick.py:report_unseen",),
     ("estimators/salchow/fusion.py", "status"): ("estimators/salchow/fusion.py:_report_unseen",),
     ("estimators/samples/arrivals.py", "status"): ("estimators/samples/arrivals.py:_report",),
     ("plants/devices/keeper.py", "fault.status"): _STOPPED,
     ("plants/devices/stimulator_device.py", "status"): _DEVICE_LIMITS,
-    ("plants/stimulator/block.py", "status"): _DEVICE_LIMITS,
+    ("plants/stimulator.py", "status"): _DEVICE_LIMITS,
     ("fesloop/loop/assembly.py", "status"): (),  # what blocks have reported
     ("fesloop/loop/record.py", "status"): (),  # what is put
     ("fesloop/streams/blocks/replay.py", "self._reports()"): (

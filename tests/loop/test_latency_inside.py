@@ -26,9 +26,7 @@ from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from plants.electrodes import Electrodes
-from plants.stimulator import Stimulator
-from plants.stimulator.block import VirtualElectrode
-from plants.stimulator.generations import PRESETS
+from plants.stimulator import PRESETS, Stimulator, VirtualElectrode
 
 rates = st.one_of(st.sampled_from(["20", "40", "60", "100", "1000/3", "285.714"]),
                   st.fractions(10, 400, max_denominator=97).map(str))

@@ -9,9 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.grip import GripForce
-from controllers.grip.block import ForceLoop
-from controllers.grip.contact import Contact, Slip, grip_of
+from controllers.grip import Contact, ForceLoop, GripForce, Slip, grip_of
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from controllers.allocation import Allocation
 from controllers.ilc.laws import Limits, pulses_of
-from controllers.limits.allocation import Allocation
 from fesloop.models.linear_model import Recruitment
 
 ALLOCATION = Allocation(recruitment=Recruitment(threshold_ma=(12.0, 9.0), spread=(0.35, 0.5)),

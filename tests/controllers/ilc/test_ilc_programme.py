@@ -3,9 +3,9 @@ import pytest
 from ilc_parts import MODEL
 from scipy.optimize import LinearConstraint, minimize
 
+from controllers.allocation import Allocation
 from controllers.ilc.laws import Limits, limited_change
 from controllers.ilc.trajectories import optimal_change, response
-from controllers.limits.allocation import Allocation
 from fesloop.models.linear_model import SampledModel
 
 SAMPLES = 12

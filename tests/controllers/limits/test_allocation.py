@@ -4,7 +4,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtri
 
-from controllers.limits.allocation import Allocation, allocate, normal_quantile, planned_charge, risen
+from controllers.allocation import Allocation, allocate, normal_quantile, planned_charge, risen
 from fesloop.errors import InputError
 from fesloop.models.linear_model import Recruitment
 

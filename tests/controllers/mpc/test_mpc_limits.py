@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from scipy import sparse
 from scipy.optimize import linprog
 
-from controllers.limits.allocation import posture_within
+from controllers.allocation import posture_within
 from controllers.mpc import Mpc
 from controllers.mpc.plan import KNEE_RAD, Limits, Weights, free_optimum, limits, make_plan
-from controllers.qp.dense import Qp
+from controllers.quadratic_programme import Qp
 from controllers.reference import MinimumJerk
 from controllers.safety import Safety
 from estimators.ideal import IdealTracker

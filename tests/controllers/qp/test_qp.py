@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import linprog
 
-from controllers.qp.dense import Qp
+from controllers.quadratic_programme import Qp
 from fesloop.errors import InputError
 
 BOTH = pytest.mark.parametrize("solver", ["daqp", "osqp"])

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from controllers.qp.dense import Qp, solve_sparse
+from controllers.quadratic_programme import Qp, solve_sparse
 from fesloop.errors import InputError
 
 

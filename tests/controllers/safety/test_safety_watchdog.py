@@ -9,8 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from controllers.open_loop import Programme
-from controllers.safety import Safety
-from controllers.safety.kernel import SOUND, Watchdog, WatchState
+from controllers.safety import SOUND, Safety, Watchdog, WatchState
 from estimators.ideal import IdealTracker
 from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder

@@ -28,7 +28,8 @@ def test_the_second_trial_holds_the_cylinder_and_the_error_falls(learnt):
 
 def test_what_grasps_keeps_its_drives_from_the_first_touch_on(learnt):
     _, recording = learnt
-    (touch,) = [event for event in recording.events if (event.where, event.status, event.trial) == ("controller", "contact", 1)]
+    (touch,) = [event for event in recording.events
+                if (event.where, event.status, event.trial) == ("controller", "contact", 1)]
     pulses = [recording.signal("controller.stimulation", trial) for trial in (1, 2)]
     late = pulses[0].times_ns > touch.time_ns + 200_000_000
     grasping = [1, 3, 4, 5, 6, 7]

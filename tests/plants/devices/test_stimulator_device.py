@@ -21,7 +21,7 @@ from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from plants.devices.stimulator_device import StimulatorDevice
-from plants.stimulator.generations import PRESETS
+from plants.stimulator import PRESETS
 
 NAME = "hil_dry_stimulator"
 PERIOD_NS = 20_000_000

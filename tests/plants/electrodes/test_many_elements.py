@@ -6,7 +6,7 @@ from fesloop import load
 from fesloop.errors import InputError
 from plants.checks import MOST_ELEMENTS
 from plants.electrodes.arrays import ElectrodeArray
-from plants.stimulator.block import Stimulator
+from plants.stimulator import Stimulator
 
 
 def test_as_many_as_are_allowed_are_made_and_one_more_is_refused():

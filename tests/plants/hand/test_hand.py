@@ -19,7 +19,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from plants.hand import Hand
 from plants.hand.contract import PALM_DOWN
-from plants.hand.muscles import muscles
+from plants.hand.model import muscles
 from plants.hand.scene import GraspObject, Table
 
 TREE = hand_tree(HandSize())

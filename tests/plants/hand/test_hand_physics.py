@@ -9,8 +9,7 @@ from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from plants.hand import Hand
-from plants.hand.model import resting_posture
-from plants.hand.muscles import moment_arms, muscles
+from plants.hand.model import moment_arms, muscles, resting_posture
 
 TREE = hand_tree(HandSize())
 INDEX = [TREE.freedom(f"F2_{joint}_flexion") for joint in ("mcp", "pip", "dip")]

@@ -19,9 +19,8 @@ from fesloop.loop.signals import NEVER, Port, Sample
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from plants.electrodes import Electrodes
-from plants.stimulator import Stimulator, generations
-from plants.stimulator.block import VirtualElectrode
-from plants.stimulator.generations import PRESETS, Limits, given_pulse
+from plants.stimulator import PRESETS, Limits, Stimulator, VirtualElectrode, given_pulse
+from plants.stimulator import block as generations
 
 ELEMENTS, CHARGE, CHARGE_RATE, ELEMENT_CHARGE, ELEMENT_CHARGE_RATE = range(5)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fesloop.show.picture.cast import Cast, Player
 from fesloop.show.report.run.stimulation import element_charge
-from plants.stimulator.block import VirtualElectrode
+from plants.stimulator import VirtualElectrode
 
 HZ, SLOTS, CHANNELS, ELEMENTS = 20, 8, 3, 5
 SLOT_NS = 10**9 // (HZ * SLOTS)

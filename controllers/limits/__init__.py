@@ -1,1 +1,0 @@
-"""Limits of stimulation that all controllers share."""

@@ -1,1 +1,0 @@
-"""Quadratic programmes whose failures are statuses, never silently wrong solutions."""
