@@ -157,7 +157,7 @@ def every_imu_error():
 
 def a_tired_patient():
     """Parameters of `muscles` with pulses, fatigue, spasticity and tremor."""
-    from plants.muscles.fitness import MuscleFatigue
+    from plants.muscles.lags import MuscleFatigue
     from plants.muscles.patient_drive import MuscleTremor, StretchReflex
 
     return {"model": "ding2007", "fatigue": MuscleFatigue(), "reflex": StretchReflex(),

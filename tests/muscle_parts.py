@@ -6,7 +6,7 @@ from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.muscles import Muscles
 from plants.muscles.ding import Ding2003, Ding2003Fatigue
-from plants.muscles.fitness import MuscleFatigue
+from plants.muscles.lags import MuscleFatigue
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex
 
 MS = 1_000_000

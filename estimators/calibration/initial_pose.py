@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from estimators.arrivals import LOST
 from estimators.body.body import Body
-from estimators.samples.arrivals import LOST
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand import quaternion

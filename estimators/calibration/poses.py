@@ -1,7 +1,7 @@
 """Sums over the flat pose and the flexion of a wearer, and their plausibility.
 
 Sums are enough for both poses, so that they can be gathered sample by sample while a loop runs. A sample
-that is not finite, or an acceleration of exactly zero, is none (`estimators.samples.arrivals`).
+that is not finite, or an acceleration of exactly zero, is none (`estimators.arrivals`).
 """
 
 from __future__ import annotations

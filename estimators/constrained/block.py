@@ -10,8 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import Body, body_of, posture_ports, stated_by, worn_as_stated
-from estimators.body.joint_angles import ALIGNED_PORT, aligned_value, of_tree, of_unknown_joints
+from estimators.arrivals import Arrivals
+from estimators.body.body import (
+    ALIGNED_PORT,
+    Body,
+    aligned_value,
+    body_of,
+    of_tree,
+    of_unknown_joints,
+    posture_ports,
+    stated_by,
+    worn_as_stated,
+)
 from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
 from estimators.calibration.initial_pose import known_angles
 from estimators.constrained.beginning import Hypotheses, Unknown
@@ -19,7 +29,6 @@ from estimators.constrained.fingertips import fingertip_posture, moving_joints
 from estimators.constrained.posture import posture
 from estimators.constrained.state import ConstrainedState, take
 from estimators.fusion.front_end import VqfBank
-from estimators.samples.arrivals import Arrivals
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
@@ -110,7 +119,7 @@ class ConstrainedTracker:
 
     A joint is reported as "uncertain" when the sd of one of its angles rises above `uncertain_deg`, and as
     "certain" when all are well below again. With a lost sample (or a frozen one, or one held for too long:
-    `estimators.samples.arrivals`) the joints of that sensor stop, a clipped one still moves them; their sd
+    `estimators.arrivals`) the joints of that sensor stop, a clipped one still moves them; their sd
     grows until they are unknown. A joint without sensors and an unknown one are reported as "untracked",
     until "tracked": its angles are zero, their sd is pi.
 

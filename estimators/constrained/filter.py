@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from estimators.arrivals import LOST as MISSING
 from estimators.constrained.measurements import (
     BIAS,
     BIAS_WALK,
@@ -43,7 +44,6 @@ from estimators.constrained.measurements import (
 )
 from estimators.constrained.posture import joint_angles
 from estimators.constrained.vectors import components, dot, rotated, store, turn_by
-from estimators.samples.arrivals import LOST as MISSING
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 
@@ -179,7 +179,7 @@ def advance(
 def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any) -> None:
     """Shift the newest sample to before and store the new one, (n, 3) each; a lost one as zero.
 
-    `codes` (3, n) are those of `estimators.samples.arrivals`; `gyr`, `acc`, `seen` are as in `advance`.
+    `codes` (3, n) are those of `estimators.arrivals`; `gyr`, `acc`, `seen` are as in `advance`.
     """
     for i in range(codes.shape[1]):
         lost = (codes[0, i] | codes[1, i]) & MISSING != 0

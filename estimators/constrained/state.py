@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.joint_angles import ImplausibleAngles
+from estimators.arrivals import Arrivals
+from estimators.body.body import ImplausibleAngles
 from estimators.body.joint_constraints import JointTable
 from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained.filter import SOUND, admit, advance
 from estimators.fusion.front_end import VqfBank
-from estimators.samples.arrivals import Arrivals
 from fesloop.loop.signals import Sample
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import stated_by, stated_pairs
-from estimators.body.joint_angles import (
+from estimators.arrivals import Arrivals
+from estimators.body.body import (
     ALIGNED_PORT,
     ImplausibleAngles,
     Pairs,
@@ -22,10 +22,11 @@ from estimators.body.joint_angles import (
     no_offsets,
     of_unknown_joints,
     resolve_pairs,
+    stated_by,
+    stated_pairs,
     turned_angle,
 )
 from estimators.fusion.front_end import VqfBank
-from estimators.samples.arrivals import Arrivals
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
@@ -77,7 +78,7 @@ class VqfTracker:
 
     Until `align_s` the outputs `angles` are the initial pose, reported as "aligning"; then the relative
     headings are set so that they agree with it. A lost sample (or frozen, or held for too long:
-    `estimators.samples.arrivals`) does not update its sensor's filter, a clipped or repeated one does; each
+    `estimators.arrivals`) does not update its sensor's filter, a clipped or repeated one does; each
     is reported.
 
     Attributes

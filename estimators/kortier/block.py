@@ -8,14 +8,23 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from estimators.body.body import Body, body_of, posture_ports, stated_by, worn_as_stated
-from estimators.body.joint_angles import ALIGNED_PORT, ImplausibleAngles, aligned_value, of_tree
+from estimators.arrivals import Arrivals
+from estimators.body.body import (
+    ALIGNED_PORT,
+    Body,
+    ImplausibleAngles,
+    aligned_value,
+    body_of,
+    of_tree,
+    posture_ports,
+    stated_by,
+    worn_as_stated,
+)
 from estimators.kortier.chain import Filters, Gates, new_filters
 from estimators.kortier.navigation import HandFilter, HandGates, new_hands
 from estimators.kortier.samples import Moment, Trust, no_moment
 from estimators.kortier.tick import Posture, Settings, Worn, report_unseen, track, worn_by
 from estimators.kortier.tree import CHAIN5, base_of, pose_of
-from estimators.samples.arrivals import Arrivals
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import relative_orientations
@@ -80,7 +89,7 @@ class KortierTracker:
     those of chain5 (`fesloop.streams.formats.published`), whose lengths are unknown: the tracker then has no
     fingertip outputs.
 
-    A lost rate (or frozen, or held for too long: `estimators.samples.arrivals`) is replaced by the last one,
+    A lost rate (or frozen, or held for too long: `estimators.arrivals`) is replaced by the last one,
     a clipped rate is used as read, both with a larger uncertainty. A joint is reported as "untracked" when
     one of its segments has no sensor or its gyroscope has given no sample for `gap_ms` (such as a strip that
     was left off), and as "tracked" when both are back. The angles of an untracked joint are 0, their sd pi.

@@ -1,6 +1,6 @@
 """Samples of a Kortier tracker and the variances of their errors.
 
-`estimators.samples.arrivals` finds samples that are new, lost or clipped. A sensor without a sound gyroscope
+`estimators.arrivals` finds samples that are new, lost or clipped. A sensor without a sound gyroscope
 sample keeps its last rate with a larger uncertainty; after a gap its joints are unseen.
 """
 
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.samples.arrivals import CLIPPED, LOST
+from estimators.arrivals import CLIPPED, LOST
 from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]

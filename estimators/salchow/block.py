@@ -31,8 +31,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from estimators.body.body import Body, posture_ports, stated_by, worn_as_stated
-from estimators.body.joint_angles import ALIGNED_PORT
+from estimators.body.body import ALIGNED_PORT, Body, posture_ports, stated_by, worn_as_stated
 from estimators.calibration.initial_pose import InitialPoseLimits
 from estimators.fusion.front_end import FrontEndName
 from estimators.salchow.fusion import track

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import UNSEEN_SD, Body, chain_up, place_tips, spread_tips
-from estimators.body.joint_angles import aligned_value
+from estimators.arrivals import LOST
+from estimators.body.body import UNSEEN_SD, Body, aligned_value, chain_up, place_tips, spread_tips
 from estimators.calibration.initial_pose import (
     KEEP_STILL,
     NO_SAMPLE,
@@ -24,7 +24,6 @@ from estimators.calibration.initial_pose import (
     ties_of,
 )
 from estimators.salchow.state import InitialPose, Method, SalchowState
-from estimators.samples.arrivals import LOST
 from fesloop.compiled import compiled
 from fesloop.hand.kinematics_kernels import about, turned
 from fesloop.hand.quaternion_kernels import (

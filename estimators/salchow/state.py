@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import Body, body_of
-from estimators.body.joint_angles import ImplausibleAngles, of_tree
+from estimators.arrivals import Arrivals
+from estimators.body.body import Body, ImplausibleAngles, body_of, of_tree
 from estimators.calibration.initial_pose import (
     InitialPoseLimits,
     PoseRecord,
@@ -21,7 +21,6 @@ from estimators.calibration.initial_pose import (
     ties_of,
 )
 from estimators.fusion.front_end import FrontEnd, FrontEndName, front_end_of, require_front_end
-from estimators.samples.arrivals import Arrivals
 from fesloop.errors import InputError
 from fesloop.hand.kinematics import segment_poses
 from fesloop.hand.motion import STANDARD_GRAVITY

@@ -18,9 +18,9 @@ from fesloop.experiment import registry
 from fesloop.experiment.record_spec import Record
 from fesloop.experiment.score_spec import Score
 from fesloop.forms.schema import plain
+from fesloop.loop.cautions import faults_in_place
 from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, StampClock, duration_ns
 from fesloop.loop.nodes import Node
-from fesloop.loop.surroundings import faults_in_place
 from fesloop.loop.wire import TRANSPORT, Wire
 from fesloop.loop.wiring import Wiring
 

@@ -28,6 +28,7 @@ from typing import (
     get_args,
     get_origin,
     get_type_hints,
+    runtime_checkable,
 )
 
 import numpy as np
@@ -64,6 +65,14 @@ class FileBacked(Protocol):
 
     FILE_KEYS: ClassVar[Mapping[str, type]]
     OFFERED_BY: ClassVar[str]
+
+
+@runtime_checkable
+class ReadsFile(Protocol):
+    """A class of parameters that reads the tables of its own files."""
+
+    def file_tables(self, path: Path) -> dict[str, Any]:
+        """Read the parameters' tables from a file, unchecked. Raises InputError for another kind of file."""
 
 
 def hints_of(cls: type[Any], extras: bool = True) -> Mapping[str, Any]:

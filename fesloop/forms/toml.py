@@ -8,7 +8,10 @@ import re
 import sys
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
+
+from fesloop.errors import InputError
 
 DEEPEST = 64
 """Levels of tables and lists within each other (chosen: ten times what any file has, far from where Python's
@@ -35,6 +38,24 @@ def tables_of(text: str) -> dict[str, Any]:
     except ValueError:  # Python makes no number of more than 4300 digits
         raise TooLargeError(_beyond("a whole number")) from None
     return plain_tables(tables)
+
+
+def tables_of_file(path: Path, form: str, what: str, made_by: str) -> dict[str, Any]:
+    """Tables of a TOML file whose key `format` is `form`, without that key.
+
+    Raises InputError for a file that cannot be read, is not TOML or has another format. `what` names the
+    format, and `made_by` the command that writes it, in messages.
+    """
+    expected = f"a file written by {made_by}"
+    try:
+        tables = tables_of(path.read_text(encoding="utf-8"))
+    except OSError as fault:
+        raise InputError(str(path), f"cannot be read: {fault.strerror}", expected) from None
+    except (UnicodeDecodeError, TomlError) as fault:
+        raise InputError(str(path), f"is not TOML: {fault}", expected) from None
+    if tables.pop("format", None) != form:
+        raise InputError(f"{path}: format", f"is not that of {what}", repr(form), f"run {made_by}")
+    return tables
 
 
 def plain_tables(tables: Mapping[str, Any]) -> dict[str, Any]:

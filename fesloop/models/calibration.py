@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 from fesloop.errors import InputError
 from fesloop.forms.schema import plain
-from fesloop.forms.toml import TomlError, tables_of, toml_text
+from fesloop.forms.toml import tables_of_file, toml_text
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -161,6 +161,11 @@ class Calibration:
     FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({})
     OFFERED_BY: ClassVar[str] = ""
 
+    @staticmethod
+    def file_tables(path: Path) -> dict[str, Any]:
+        """Read the parameters' tables from a file, unchecked. Raises InputError for another kind of file."""
+        return tables_of_file(path, FORMAT, "a calibration", "fesloop calibrate")
+
     source: str = ""
     sensors: tuple[SensorRotation, ...] = ()
     hinges: tuple[HingeCalibration, ...] = ()
@@ -198,23 +203,6 @@ class Calibration:
 
 
 NO_CALIBRATION = Calibration()
-
-
-def calibration_table(path: Path) -> dict[str, Any]:
-    """Tables of a calibration file, as the parameters of `Calibration`.
-
-    Raises InputError for a file of another kind; the values are checked where the tables are used.
-    """
-    try:
-        table = tables_of(path.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise InputError(str(path), f"cannot be read: {fault.strerror}", _MADE_BY) from None
-    except (UnicodeDecodeError, TomlError) as fault:
-        raise InputError(str(path), f"is not TOML: {fault}", _MADE_BY) from None
-    if table.pop("format", None) != FORMAT:
-        raise InputError(f"{path}: format", "is not that of a calibration", repr(FORMAT),
-                         "run fesloop calibrate")
-    return table
 
 
 def _rounded(value: Any) -> Any:

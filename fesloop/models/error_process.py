@@ -19,14 +19,13 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.forms.schema import plain
-from fesloop.forms.toml import TomlError, tables_of, toml_text
+from fesloop.forms.toml import tables_of_file, toml_text
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.wire import least_burst
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop error process 1"
-_MADE_BY = "a file that fesloop fit-error wrote"
 _NOT_NEGATIVE = ("slow_deg", "slow_s", "fast_deg", "fast_s", "quick_deg", "quick_s", "speed_s",
                  "rate_deg_s")
 _NO_NUMBERS = ("name", "moved", "smooth")
@@ -124,6 +123,18 @@ class ErrorProcess:
     FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({})
     OFFERED_BY: ClassVar[str] = ""
 
+    @staticmethod
+    def file_tables(path: Path) -> dict[str, Any]:
+        """Read the parameters' tables from a file, unchecked. Raises InputError for another kind of file."""
+        table = tables_of_file(path, FORMAT, "an error process", "fesloop fit-error")
+        series = table.get("series")
+        if not isinstance(series, dict):
+            raise InputError(f"{path}: series", "has no tables", "a table for each angle",
+                             "run fesloop fit-error")
+        table["series"] = [{"name": name, **each} if isinstance(each, dict) else each
+                           for name, each in series.items()]
+        return table
+
     series: tuple[ErrorSeries, ...]
     correlation: tuple[tuple[float, ...], ...] = ()
     age_ms: float = 0.0
@@ -190,25 +201,6 @@ class ErrorProcess:
             path.write_text(toml_text({"format": FORMAT, **table, "series": series}), encoding="utf-8")
         except OSError as fault:
             raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
-
-
-def error_process_table(path: Path) -> dict[str, Any]:
-    """The tables of a file as those of an ErrorProcess.
-
-    Raises InputError for another file; values in the tables are checked where they are used.
-    """
-    try:
-        table = tables_of(path.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise InputError(str(path), f"cannot be read: {fault.strerror}", _MADE_BY) from None
-    except (UnicodeDecodeError, TomlError) as fault:
-        raise InputError(str(path), f"is not TOML: {fault}", _MADE_BY) from None
-    if table.pop("format", None) != FORMAT or not isinstance(table.get("series"), dict):
-        raise InputError(f"{path}: format", "is not that of an error process", repr(FORMAT),
-                         "run fesloop fit-error")
-    table["series"] = [{"name": name, **each} if isinstance(each, dict) else each
-                       for name, each in table["series"].items()]
-    return table
 
 
 def _rounded(value: Any) -> Any:

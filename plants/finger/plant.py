@@ -27,7 +27,7 @@ from plants.finger.dynamics import (
     state_matrices,
 )
 from plants.linear.system import HeldLinearSystem
-from plants.muscles.fitness import Fatigue
+from plants.muscles.lags import Fatigue
 
 Array = NDArray[np.float64]
 

@@ -18,8 +18,17 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
 from plants.muscles.ding import Ding2003, Ding2007
-from plants.muscles.fitness import NO_FATIGUE, MuscleFatigue
-from plants.muscles.lags import Hammerstein, LagState, Riener, TwoLags, follow, held_drives, limit_pulses
+from plants.muscles.lags import (
+    NO_FATIGUE,
+    Hammerstein,
+    LagState,
+    MuscleFatigue,
+    Riener,
+    TwoLags,
+    follow,
+    held_drives,
+    limit_pulses,
+)
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex, greatest_efforts, trembling, within
 
 Array = NDArray[np.float64]

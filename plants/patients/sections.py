@@ -12,7 +12,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from plants.hand.model import require_in_range, resting_posture
-from plants.muscles.fitness import CONDITIONS, MuscleFatigue
+from plants.muscles.lags import CONDITIONS, MuscleFatigue
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex, chosen
 
 Limits = tuple[float, float]
@@ -191,7 +191,7 @@ class Fatigue:
 
     Attributes
     ----------
-    condition: condition that sets the parameters (`plants.muscles.fitness`).
+    condition: condition that sets the parameters (`plants.muscles.lags`).
     endurance: factor on the time constant of fatigue.
     floor, fatigue_s, recovery_s, frequency_weight: values in place of the condition's.
     """

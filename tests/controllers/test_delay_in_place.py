@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from fesloop.apps.cli.check_command import _cautions
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
-from fesloop.loop.surroundings import cautions_in_place
+from fesloop.loop.cautions import cautions_in_place
 
 ACTUATION = 'wires."safety.stimulation->patient.stimulation".latency_ms'
 PERIOD_MS = 20.0

@@ -58,7 +58,7 @@ INDIRECT = {
     ("estimators/constrained/block.py", "event"): ("estimators/constrained/block.py:report",),
     ("estimators/kortier/tick.py", "status"): ("estimators/kortier/tick.py:report_unseen",),
     ("estimators/salchow/fusion.py", "status"): ("estimators/salchow/fusion.py:_report_unseen",),
-    ("estimators/samples/arrivals.py", "status"): ("estimators/samples/arrivals.py:_report",),
+    ("estimators/arrivals.py", "status"): ("estimators/arrivals.py:_report",),
     ("plants/devices/keeper.py", "fault.status"): _STOPPED,
     ("plants/devices/stimulator_device.py", "status"): _DEVICE_LIMITS,
     ("plants/stimulator.py", "status"): _DEVICE_LIMITS,

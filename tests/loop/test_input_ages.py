@@ -15,9 +15,9 @@ from controllers.safety import Safety
 from fesloop.apps.cli import main
 from fesloop.experiment import registry
 from fesloop.loop.abilities import AgeLimit
+from fesloop.loop.cautions import always_too_old, too_old
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration
-from fesloop.loop.input_ages import always_too_old, too_old
 from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port

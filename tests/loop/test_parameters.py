@@ -15,8 +15,7 @@ from numba import njit
 from fesloop.errors import SnapshotError
 from fesloop.experiment.recording.writing import timed
 from fesloop.loop.nodes import Node
-from fesloop.loop.parameters import changed, parameter_digests
-from fesloop.loop.run import Loop
+from fesloop.loop.run import Loop, changed, parameter_digests
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 

@@ -12,11 +12,11 @@ from controllers.safety import Safety
 from estimators.ideal import IdealTracker
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
+from fesloop.loop.cautions import faults_in_place
 from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
-from fesloop.loop.surroundings import faults_in_place
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from plants.finger import Finger

@@ -8,7 +8,7 @@ import pytest
 from fesloop.errors import InputError
 from fesloop.forms.schema import make
 from fesloop.loop.duration import Duration
-from fesloop.models.error_process import ErrorProcess, ErrorSeries, error_process_table
+from fesloop.models.error_process import ErrorProcess, ErrorSeries
 
 HINGES = tuple(ErrorSeries(name=name, moved=moved, bias_deg=1.23456789, fast_deg=0.5, fast_s=0.2)
                for name, moved in (("a-b.x", True), ("a-b.y", False), ("b-c.y", True), ("c-d.x", True),
@@ -17,7 +17,7 @@ HINGES = tuple(ErrorSeries(name=name, moved=moved, bias_deg=1.23456789, fast_deg
 
 def again(process, path):
     process.save(path)
-    return make(ErrorProcess, error_process_table(path), {}, "process")
+    return make(ErrorProcess, ErrorProcess.file_tables(path), {}, "process")
 
 
 def test_a_file_gives_the_process_back_to_six_digits(tmp_path):
@@ -77,7 +77,7 @@ def test_other_files_are_refused(text, told, tmp_path):
     if text is not None:
         path.write_text(text)
     with pytest.raises(InputError, match=told):
-        error_process_table(path)
+        ErrorProcess.file_tables(path)
 
 
 def test_where_it_cannot_be_written_it_says_so(tmp_path):

@@ -18,9 +18,9 @@ from fesloop.analysis.theory.loop import LinearLoop, bursts, varies
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.block import Context
+from fesloop.loop.cautions import is_source, put_out
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Connection, Node
-from fesloop.loop.surroundings import is_source, put_out
 from fesloop.models.linear_form import ContinuousForm, LinearBlock, LinearPlant, SampledForm, uncovered
 
 

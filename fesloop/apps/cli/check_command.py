@@ -19,12 +19,11 @@ from fesloop.experiment.files.patients import describe
 from fesloop.experiment.running.trial import without_stand_in
 from fesloop.loop.abilities import Warns, offers
 from fesloop.loop.block import Context
+from fesloop.loop.cautions import cautions_in_place, too_old
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.input_ages import too_old
 from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
 from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import is_live
-from fesloop.loop.surroundings import cautions_in_place
 from fesloop.loop.wire import Wire
 
 if TYPE_CHECKING:

@@ -23,9 +23,8 @@ from fesloop.experiment.running.trial import Result, run
 from fesloop.experiment.trouble import graveness, troubles
 from fesloop.loop.abilities import Warns, offers
 from fesloop.loop.block import Context, is_plant
-from fesloop.loop.input_ages import too_old
+from fesloop.loop.cautions import cautions_in_place, too_old
 from fesloop.loop.realtime import Pacing
-from fesloop.loop.surroundings import cautions_in_place
 from fesloop.models.linear_form import LinearPlant
 
 _SHOWN = 10

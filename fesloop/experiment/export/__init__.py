@@ -10,8 +10,7 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.export import csv_tables, mat, motion_bids, opensim, xdf
 from fesloop.experiment.export.selection import Selection, select
 from fesloop.experiment.export.target import file_name, published
-from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.recording.signal_table import TableSignal
+from fesloop.experiment.recording.reading import Recording, TableSignal
 
 __all__ = ["FORMATS", "Exported", "export"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, Literal
 
-from fesloop.experiment.recording.signal_table import TableSignal
+from fesloop.experiment.recording.reading import TableSignal
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import Segment, SegmentTree

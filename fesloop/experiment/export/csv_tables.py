@@ -16,7 +16,7 @@ from fesloop.experiment.export.channels import quantity
 from fesloop.experiment.export.rates import rate_of_stamps
 from fesloop.experiment.export.selection import Selection
 from fesloop.experiment.export.target import file_name, instant, lines, numbers, seconds, side_by_side, unique
-from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.reading import Piece, SignalTable, TableSignal
 from fesloop.forms.toml import toml_text
 from fesloop.streams.timebase import stamps_of_rate
 

@@ -21,7 +21,7 @@ from scipy.io import savemat
 from fesloop.errors import InputError
 from fesloop.experiment.export.selection import Selection
 from fesloop.experiment.export.target import file_name, unique
-from fesloop.experiment.recording.signal_table import SignalTable
+from fesloop.experiment.recording.reading import SignalTable
 from fesloop.loop.clock import NS_PER_S
 
 MOST_BYTES = 2**31 - 1

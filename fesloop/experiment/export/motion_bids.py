@@ -18,7 +18,7 @@ from fesloop.experiment.export.channels import Quantity, quantity
 from fesloop.experiment.export.rates import rate_of_stamps
 from fesloop.experiment.export.selection import Selection
 from fesloop.experiment.export.target import instant, lines, numbers, seconds, side_by_side, unique
-from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.reading import Piece, SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.formats.motion_bids import PAIRS
 

@@ -46,7 +46,7 @@ from fesloop.experiment.export.channels import quantity
 from fesloop.experiment.export.rates import rate_of_stamps
 from fesloop.experiment.export.selection import Selection
 from fesloop.experiment.export.target import file_name, lines, numbers, seconds, unique
-from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.reading import Piece, SignalTable, TableSignal
 
 _NO_NUMBER = "nan"
 _VERSION = "4.1"

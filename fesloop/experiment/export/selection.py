@@ -9,8 +9,7 @@ from typing import Any
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.export.channels import Channel, channels
-from fesloop.experiment.recording.reading import Event, Recording
-from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.reading import Event, Piece, Recording, SignalTable, TableSignal
 
 
 @dataclass(slots=True)

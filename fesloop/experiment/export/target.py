@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.recording.signal_table import Piece
+from fesloop.experiment.recording.reading import Piece
 from fesloop.given_files import exists
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import NEVER

@@ -24,7 +24,7 @@ from fesloop.experiment.export.channels import Channel, Quantity, quantity
 from fesloop.experiment.export.rates import rate_of_stamps
 from fesloop.experiment.export.selection import Selection
 from fesloop.experiment.export.target import file_name
-from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.reading import Piece, SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 
 MAGIC = b"XDF:"

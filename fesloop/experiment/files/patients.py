@@ -6,17 +6,15 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NotRequired, Required, TypeGuard, get_args
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
 from fesloop.experiment.registry import Patient
-from fesloop.forms.schema import Kinds, closed, hints_of, plain
+from fesloop.forms.schema import Kinds, ReadsFile, closed, hints_of, plain
 from fesloop.hand.anthropometry import HandSize
-from fesloop.models.calibration import Calibration, calibration_table
-from fesloop.models.error_process import ErrorProcess, error_process_table
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import (
     PatientModel,
@@ -26,9 +24,6 @@ from fesloop.models.patient_model import (
     require_usable,
 )
 
-_TABLES: dict[Any, Callable[[Path], dict[str, Any]]] = {
-    ErrorProcess: error_process_table, Calibration: calibration_table}
-"""Readers of the files of parameters that need no check against the patient."""
 CHOICE = closed("PatientChoice", {
     "file": Required[str], "cohort": NotRequired[int], "member": NotRequired[int], "day": NotRequired[int],
     "drawn": NotRequired[dict[str, Any]]})
@@ -177,9 +172,9 @@ def _with_model(where: str, table: Mapping[str, Any], document: dict[str, Any], 
         value = table.get(key)
         if hint is LinearModel and _is_file(value):
             made[key] = _model(f"{where}.{key}", value, made, document, notes, patient_known)
-        elif hint in _TABLES and _is_file(value):
+        elif isinstance(hint, ReadsFile) and _is_file(value):
             try:
-                made[key] = _TABLES[hint](Path(value["file"]))
+                made[key] = hint.file_tables(Path(value["file"]))
             except InputError as fault:
                 raise fault.within(f"{where}.{key}") from None
         elif LinearModel in get_args(hint) and isinstance(value, list):

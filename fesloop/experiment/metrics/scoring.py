@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,9 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from fesloop.loop.signals import NEVER, Sample
 from fesloop.loop.wire import Link, Wire
-from fesloop.streams.recording import MotionRecording
+
+if TYPE_CHECKING:
+    from fesloop.streams.recording import MotionRecording
 
 _SPLIT = ("total", "tracker", "controller")
 _OF_PAIRS = ("vqf", "vqf9")

@@ -21,7 +21,7 @@ from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from fesloop.models.linear_model import LinearModel, Recruitment
 from plants.finger import Finger
-from plants.muscles.fitness import Fatigue
+from plants.muscles.lags import Fatigue
 
 RATE, MS = "40", 1_000_000
 NOMINAL = Finger()

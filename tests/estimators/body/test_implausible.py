@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tracker_parts import run_tracker
 
-from estimators.body.joint_angles import of_tree, of_unknown_joints
+from estimators.body.body import of_tree, of_unknown_joints
 from estimators.constrained.block import ConstrainedTracker
 from estimators.fusion.trackers import VqfTracker
 from fesloop.hand.anthropometry import HandSize

@@ -12,7 +12,7 @@ from estimators.calibration.from_recording import calibrate_recording
 from fesloop.apps.cli import main
 from fesloop.errors import InputError, InputErrors
 from fesloop.loop.signals import Sensors
-from fesloop.models.calibration import Calibration, SensorRotation, calibration_table
+from fesloop.models.calibration import Calibration, SensorRotation
 
 RATE, G = 100.0, 9.80665
 WRIST, LATE_S, REACH = np.array([0.4, 1.1, 0.9]), 0.15, 0.08
@@ -122,7 +122,7 @@ def test_the_file_comes_back_and_gives_a_block_its_rotations(folder, tmp_path):
     found = calibrated(folder, flat_s=(0.0, 3.0)).calibration
     path = tmp_path / "calibration.toml"
     found.save(path)
-    table = calibration_table(path)
+    table = Calibration.file_tables(path)
     back = Calibration(sensors=tuple(SensorRotation(**{**each, "rotation": tuple(each["rotation"])})
                                      for each in table["sensors"]))
     order = ["finger", "hand"]

@@ -6,6 +6,7 @@ from hand_parts import FIELD
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from estimators.arrivals import LOST
 from estimators.body.body import body_of
 from estimators.calibration.initial_pose import (
     InitialPoseLimits,
@@ -17,7 +18,6 @@ from estimators.calibration.initial_pose import (
     ties_of,
     turn_headings,
 )
-from estimators.samples.arrivals import LOST
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from tracker_parts import RATE, planar_finger, run_tracker, sample, swing
 from vqf import VQF
 
-from estimators.body.joint_angles import flexion_angles, turned_angle
+from estimators.arrivals import CLIPPED, LOST, inspect
+from estimators.body.body import flexion_angles, turned_angle
 from estimators.fusion import Vqf9Tracker, VqfTracker
-from estimators.samples.arrivals import CLIPPED, LOST, inspect
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.loop.block import Context, Tick

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from estimators.arrivals import CLIPPED, LOST
 from estimators.body.body import UNSEEN_SD, body_of
 from estimators.salchow import fusion as salchow_kernels
 from estimators.salchow.fusion import find_seen, follow_gaps, in_joint, joint_turns, posture
-from estimators.samples.arrivals import CLIPPED, LOST
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import relative_orientations

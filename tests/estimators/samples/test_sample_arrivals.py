@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from estimators.samples.arrivals import CLIPPED, LOST, Arrivals, compare, inspect_kinds
+from estimators.arrivals import CLIPPED, LOST, Arrivals, compare, inspect_kinds
 from fesloop.loop.block import Tick
 from fesloop.loop.signals import NEVER, Sample
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fesloop.experiment.recording import signal_table as stored_rows
-from fesloop.experiment.recording.signal_table import Column, StoredRows
+from fesloop.experiment.recording import reading as stored_rows
+from fesloop.experiment.recording.reading import Column, StoredRows
 
 TYPE = np.dtype([("trial", "<i4"), ("time_ns", "<i8"), ("angles", "<f8", (3,)), ("force", "<f8")])
 WRITTEN = np.zeros(100, TYPE)

@@ -14,7 +14,7 @@ from fesloop.loop.block import Context
 from fesloop.models.linear_model import Recruitment
 from plants.finger import Finger
 from plants.finger.dynamics import chain_mass_matrix
-from plants.muscles.fitness import Fatigue
+from plants.muscles.lags import Fatigue
 
 CONTEXT = Context("finger")
 MS = 1_000_000

@@ -17,7 +17,7 @@ from fesloop.loop.block import Context
 from plants.finger import Finger
 from plants.fmu import Fmu
 from plants.fmu.export import build_finger_fmu
-from plants.muscles.fitness import Fatigue
+from plants.muscles.lags import Fatigue
 
 PORTS = ("angles", "rates", "accelerations", "activation")
 

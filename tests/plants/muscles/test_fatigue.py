@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from plants.finger import Finger
-from plants.muscles.fitness import Fatigue
+from plants.muscles.lags import Fatigue
 
 
 @given(start=st.floats(0.2, 1.0), recruited=st.floats(0.0, 1.0), duration_s=st.floats(0.0, 60.0))

@@ -6,7 +6,7 @@ import pytest
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.muscles import Muscles
-from plants.muscles.fitness import CONDITIONS
+from plants.muscles.lags import CONDITIONS
 
 SECOND = 10**9
 ONES, NONE = np.ones(len(MUSCLES)), np.zeros(len(MUSCLES))

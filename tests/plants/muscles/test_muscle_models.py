@@ -13,8 +13,7 @@ from scipy.integrate import solve_ivp
 from fesloop.errors import InputError
 from plants.muscles import Muscles
 from plants.muscles.ding import Ding2003, Ding2003Fatigue, Ding2007
-from plants.muscles.fitness import MuscleFatigue
-from plants.muscles.lags import Hammerstein, Riener, TwoLags
+from plants.muscles.lags import Hammerstein, MuscleFatigue, Riener, TwoLags
 
 PULSES = {0: (0.6, 40.0), 130 * MS: (0.2, 25.0), 260 * MS: (0.0, 25.0), 401 * MS + 77: (0.9, 50.0)}
 SCHEDULE = {instant: given(*pulses) for instant, pulses in PULSES.items()}

@@ -14,8 +14,7 @@ from fesloop.errors import InputError
 from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.loop.block import Context
 from plants.muscles import Muscles
-from plants.muscles.fitness import MuscleFatigue
-from plants.muscles.lags import Hammerstein
+from plants.muscles.lags import Hammerstein, MuscleFatigue
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex
 
 RNG = np.random.default_rng(7)

@@ -19,8 +19,7 @@ from plants.hand import Hand
 from plants.hand.model import moment_arms
 from plants.hand.model import muscles as hand_muscles
 from plants.muscles import Muscles
-from plants.patients.files import from_table, load, names
-from plants.patients.patient import ADULT_FOREARM_MM, Patient
+from plants.patients.patient import ADULT_FOREARM_MM, Patient, from_table, load, names
 from plants.patients.sections import LIMITS, Anthropometry, Fatigue, Placement, Recruitment, Strength
 
 PRESETS = names()

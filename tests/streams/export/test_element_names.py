@@ -3,7 +3,7 @@
 import pytest
 
 from fesloop.experiment.export.channels import channels, quantity, row_names
-from fesloop.experiment.recording.signal_table import TableSignal
+from fesloop.experiment.recording.reading import TableSignal
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree

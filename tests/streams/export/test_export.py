@@ -17,7 +17,8 @@ from fesloop import InputError, Recording
 from fesloop.apps.cli import main
 from fesloop.errors import RunError
 from fesloop.experiment.export import FORMATS, export
-from fesloop.experiment.recording import reading, signal_table
+from fesloop.experiment.recording import reading
+from fesloop.experiment.recording import reading as signal_table
 
 SMALL = Path(__file__).parents[2] / "experiment" / "small.toml"
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.joints import columns, held
-from fesloop.experiment.recording.signal_table import SignalTable
+from fesloop.experiment.recording.reading import SignalTable
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.report.parts import Bars, Chart, Line, Paragraph, Part, Section, Table
 from fesloop.show.report.run.known import Known

@@ -1,1 +1,0 @@
-"""Detection of new, lost, clipped and frozen samples."""
