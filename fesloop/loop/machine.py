@@ -21,9 +21,12 @@ import time
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 from typing import Self
+
+from threadpoolctl import ThreadpoolController
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.realtime import Pacer, Pacing
@@ -257,3 +260,16 @@ def in_step_with_wall(loop: Loop, pacing: Pacing | None, beside: Collection[int]
         return
     with realtime_privileges(pacing.lock_memory, pacing.priority, beside) as granted:
         yield InStep(pacing, Pacer(loop, pacing), Garbage(), granted)
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Leave BLAS one thread, of all of this process, until the context is left."""
+    with _libraries(len(sys.modules)).limit(limits=1, user_api="blas"):
+        yield
+
+
+@lru_cache(maxsize=1)
+def _libraries(modules: int) -> ThreadpoolController:
+    """BLAS libraries that are loaded; a search takes a ms, so it is repeated only for more `modules`."""
+    return ThreadpoolController()

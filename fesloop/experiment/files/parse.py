@@ -21,13 +21,13 @@ from fesloop.experiment.files.source import read_experiment
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.record_spec import Record
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.score_spec import Score
 from fesloop.forms.faults import faults_of, wire_place
 from fesloop.forms.schema import Kinds, keys_at, make
 from fesloop.forms.toml import TomlError, plain_tables
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
+from fesloop.loop.machine import one_blas_thread
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import TRANSPORT, Wire
 

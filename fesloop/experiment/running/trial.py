@@ -18,11 +18,10 @@ from fesloop.experiment.metrics.lateness import realtime_summary
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter, TimedBlock, timed
-from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.specification import ExperimentSpecification
 from fesloop.loop.abilities import Closes, HasStandIn, Seeks, offers
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, waits_for_arrivals
-from fesloop.loop.machine import InStep, in_step_with_wall, threads_now
+from fesloop.loop.machine import InStep, in_step_with_wall, one_blas_thread, threads_now
 from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacing, is_live
 from fesloop.loop.record import Recorder

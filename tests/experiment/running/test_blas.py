@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.loop.machine import one_blas_thread
 
 RUN = """
 import sys, tempfile

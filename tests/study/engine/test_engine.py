@@ -24,8 +24,8 @@ from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.registry import identifier
-from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.trial import run
+from fesloop.loop.machine import one_blas_thread
 
 LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"
 HARM = '[axes.deed]\nkey = "blocks.harmful.deed"\nvalues = {}\n'

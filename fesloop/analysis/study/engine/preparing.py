@@ -21,9 +21,9 @@ from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError, where_it_broke
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.registry import identifier
-from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.trial import run
 from fesloop.forms.toml import toml_value
+from fesloop.loop.machine import one_blas_thread
 
 Needed = dict[str, tuple[str, bytes]]
 """Key and deflated document of each preparation, by id."""

@@ -25,8 +25,8 @@ from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, where_it_broke
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document
-from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.trial import Rehearsals, run
+from fesloop.loop.machine import one_blas_thread
 
 NO_ROOM = "no room"
 """Status of a run that could not be recorded as the worker's disk is full. It is no result."""
