@@ -221,8 +221,8 @@ _TROUBLES = ("no_force", "stale_force", "non_finite_force", "implausible_force",
 _IMPLAUSIBLE_N = 1000.0
 """Greatest plausible force of a fingertip (chosen: twice the strongest grip as a whole)."""
 _OPENING = 0.9
-"""Share of the pulse widths at the hand-over below which posture control releases the object (chosen: it
-changes them by less while it holds)."""
+"""Fraction of the pulse widths at takeover below which posture control counts as opening the hand (chosen:
+widths change by less while it holds)."""
 
 
 @dataclass(slots=True, eq=False)

@@ -259,8 +259,7 @@ class Qp:
     """A quadratic programme with fixed matrices, warm-started from solve to solve.
 
     It can be pickled, and a restored one continues bit for bit: every `refresh` solves the solver restarts
-        from
-    its last solution, and the problems since then are stored and solved again on restoring.
+    from its last solution, and the problems since then are stored and solved again on restoring.
 
     Parameters
     ----------

@@ -220,7 +220,7 @@ class Watchdog:
 
     def look(self, state: WatchState, posture: Sample, sd: Sample, now_ns: int, max_age_ms: float,
              stimulating: bool) -> tuple[str, str]:
-        """Status and detail of the reason against stimulation, `SOUND` without one; records the input.
+        """Status and detail of the fault that blocks stimulation, or `SOUND`; updates the watchdog's state.
 
         A fault without stimulation, such as a tracker that settles, ends when it is over; a fault under
         stimulation persists, because a tracker that jumped and then stays still looks sound.
@@ -324,12 +324,11 @@ class Safety(BlockToControl):
     4. the sum of q `frequency_hz` / tick rate over any n successive ticks of a trial is
        `charge_per_s_max_uc` at most, and over all ticks of all trials of a run `charge_total_max_mc`; where a
        tick is late (a live stream's, or one after skipped ticks) the device has repeated q until then, which
-       counts;
-    5. from the first tick that reads `stop` above 0.5, or not finite, i = w = 0, in all later trials too;
-    6. `ramp_ms` after stimulation ceases to be sound, i = w = 0 for as long as it is not, and no q rises
-       meanwhile. It is sound while `stimulation` is finite and not older than `max_age_ms`, counted from its
-       oldest capture, if `aligned` is wired, all of it is 1, and, if `posture` is wired, the tracker has not
-       failed (`Watchdog`).
+       counts; 5. from the first tick that reads `stop` above 0.5, or not finite, i = w = 0, in all later
+       trials too; 6. `ramp_ms` after stimulation ceases to be sound, i = w = 0 for as long as it is not, and
+       no q rises meanwhile. It is sound while `stimulation` is finite and not older than `max_age_ms`,
+       counted from its oldest capture, if `aligned` is wired, all of it is 1, and, if `posture` is wired, the
+       tracker has not failed (`Watchdog`).
 
     A tracker that needs an initial pose has an output `aligned`, which is 0 until the pose has been taken. An
     experiment in which stimulation could disturb that pose is refused unless each such `aligned` is wired
@@ -473,7 +472,7 @@ class Safety(BlockToControl):
 
     def _trouble(self, state: SafetyState, stimulation: Sample, posture: Sample, sd: Sample,
                  aligned: Sample, now_ns: int) -> tuple[str, str]:
-        """Status and detail of the reason against stimulation; `SOUND` without one."""
+        """Status and detail of the fault that blocks stimulation, or `SOUND`."""
         tracker = SOUND
         if self.joints:
             tracker = self.watchdog.look(state.watch, posture, sd, now_ns, self.max_age_ms,

@@ -19,7 +19,7 @@ from fesloop.show.view import sources
 from fesloop.streams.files import open_recording
 from fesloop.streams.formats.layout import read_layout
 from fesloop.streams.hdf5 import open_hdf5
-from plants.patients.patient import load as load_patient
+from plants.patients.files import load as load_patient
 
 NAMES = ["x" * 300, "x" * 5000, "a\0b", "\ud800", "no/such"]
 ENDINGS = ["", ".toml", ".h5", ".sqlite", ".xdf", "_motion.tsv"]

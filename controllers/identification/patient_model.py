@@ -23,8 +23,8 @@ USUAL_SPREAD, USUAL_LAG_S = 0.35, 0.1
 """Prior values and start of the fit (chosen: spread as of a finger's muscles; two such lags rise in about
 .3 s)."""
 _PRIOR_WEIGHT = 0.01
-"""Weight of a departure by a factor of e from the prior, relative to all of the motion (chosen: small for a
-record with a whole curve, large enough for one with its foot alone)."""
+"""Cost of a parameter off by a factor e, as a share of the total variance (chosen: negligible where the
+whole recruitment curve is recorded, decisive where only its lower end is)."""
 _NEAR = 0.01
 """Relative distance to a bound at which a fit counts as being at it (chosen): fits never reach one."""
 

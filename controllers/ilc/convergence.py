@@ -43,7 +43,7 @@ _PATTERNS = ("in the strongest pattern seen", "in the weakest pattern seen")
 _FREQUENCIES = 400
 _ROUNDING = 1e-9
 SLACK = 0.01
-"""Tolerance on a growth of 1, for a part of a trial and patterns that hardly show (chosen)."""
+"""Excess of growth over 1 that is accepted for part of a trial and weakly observable patterns (chosen)."""
 _DENSE = 240
 """Largest number of drives for dense computation of a growth (chosen: some tenths of a second)."""
 _KEPT = 4

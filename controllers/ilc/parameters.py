@@ -90,10 +90,10 @@ class IlcParameters:
     contact_n: force of any fingertip from which a trial is in contact: the object, not the drives, then
         determines the posture (chosen: ten times the scatter of fingertip sensors).
     grasping_outputs, grasping_channels: outputs that are excluded from learning in contact, and channels that
-        then keep the drives learnt in free motion, so that the reference's depth in the object sets how hard
-        the hand presses; others, such as the wrist's, continue to learn. Empty: all.
-    grasping_step: factor on what is learnt in contact, as no model describes a hand that holds something
-        (chosen: with a half the hand may respond four times as strongly as its model).
+        then keep the drives learnt in free motion: grip force follows from how far the reference lies inside
+        the object. Others, such as the wrist's, continue to learn. Empty: all.
+    grasping_step: factor on what is learnt in contact, since no model describes a hand that holds an object
+        (chosen: 0.5 tolerates a plant gain four times that of the model).
     reject_share: share of doubtful samples above which a trial is rejected (chosen).
     strength_margin: ratio of the plant's strength to the model's up to which the law should converge; a law
         with a smaller margin is reported (chosen: variation of recruitment from day to day).

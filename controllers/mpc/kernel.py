@@ -150,9 +150,10 @@ def solve_in_contact(
     state: MpcState, now: Loop, problem: Problem, reference: Array, sample: Sample, captured_ns: int,
     now_ns: int,
 ) -> QpResult:
-    """Solution of `problem` with the drives of `grasping_channels` from a loop that runs on the model alone.
+    """Solve `problem` with the drives of `grasping_channels` fixed to those of a simulated loop.
 
-    That loop starts as a copy of `now`; it records its own drives, which the plant does not receive.
+    The simulated loop starts as a copy of `now` and has the model as its plant, without measurements. Only
+    its drives of `grasping_channels` reach the plant.
     """
     candidate = state.candidates[state.chosen]
     state.alone = alone = state.alone or now.copied()

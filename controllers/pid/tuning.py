@@ -1,9 +1,9 @@
 """PID gains from a patient's model by a stated rule.
 
-Each output has a dominant pattern of drives in each direction: the least drives, none below 0, that bring it
-to 1 rad in steady state. (Patterns that move no other output may set agonists against antagonists; their
-difference does not show the speed of the muscles.) The step response to a pattern is fitted by a delay and
-one lag; a rule computes gains from those and the loop's delay. The direction of the lower gain is used.
+Each output has a dominant pattern of drives in each direction: the non-negative drives of least norm that
+bring it to 1 rad in steady state. (A pattern that moves no other output may co-contract antagonists, which
+hides the speed of the muscles.) The step response to a pattern is fitted by a delay and one lag; a rule
+computes gains from those and the loop's delay. Of both directions, the tuning with the lower gain is used.
 """
 
 from __future__ import annotations

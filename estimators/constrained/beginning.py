@@ -110,8 +110,7 @@ class Unknown(NamedTuple):
     axis_sd: sd of its axes in the sensors' frames, rad, both together; bias_sd: sd of a gyroscope's bias,
         rad/s;
     lever_sd: sd of each component of the lever arms, m. pose: (joints, 4), child to parent in the initial
-        pose,
-    or None; pose_sd: sd of its headings, rad.
+    pose, or None; pose_sd: sd of its headings, rad.
     """
 
     axis_sd: float

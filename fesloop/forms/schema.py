@@ -148,8 +148,11 @@ def _is_file_backed(annotation: Any) -> bool:
 
 
 def _file_backed(cls: type[FileBacked], kinds: Kinds) -> Any:
-    """A part's own ({kind = "finger", ...}), the parameters themselves, or a file's ({file = "..."}), which
-    stands for its parameters before any object is made (`fesloop.experiment.files.patients`)."""
+    """Annotation of the tables accepted for a class of parameters.
+
+    `{kind = "finger", ...}` takes those that a part of this kind offers, other tables are the parameters, and
+    `{file = "..."}` is replaced by the file's parameters (`fesloop.experiment.files.patients`).
+    """
     parts = {kind: part for kind, part in kinds.items() if cls.OFFERED_BY and hasattr(part, cls.OFFERED_BY)}
     members = [Annotated[table(part, {}, {"kind": Required[Literal[kind]]}), Tag(kind)]
                for kind, part in parts.items()]

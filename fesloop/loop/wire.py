@@ -15,15 +15,18 @@ from fesloop.loop.signals import Sample, Value
 
 
 class Losses:
-    """Losses by a two-state Markov chain (Gilbert 1960, doi 10.1002/j.1538-7305.1960.tb03959.x), all lost in
-    the bad state and none in the good one, in the long run from the first message on.
+    """Losses by a two-state Markov chain (Gilbert 1960, doi 10.1002/j.1538-7305.1960.tb03959.x).
+
+    Every message in the bad state is lost, and none in the good one. The chain starts in its stationary
+    distribution.
 
         P(lost | the one before was not) = begins = share (1 - stays) / (1 - share)
         P(lost | the one before was too) = stays = 1 - 1 / burst, or share where losses are independent
 
-    With u(k) uniform, message k is lost where u(k) is below both, kept where it is above both, and otherwise
-    decided by the fate of message k - 1. So the last message that u alone decides is enough to find the fate
-    of a later one: it is a function of seed, wire, trial and tick, and a snapshot need not contain it.
+    With u(k) uniform, message k is lost if u(k) is below both probabilities and kept if it is above both.
+    Otherwise it has the fate of message k - 1, or the opposite if stays < begins. `lost` therefore searches
+    back to the last message that u alone decides: a fate is a function of seed, wire, trial and tick, and is
+    no part of a snapshot.
 
     Parameters
     ----------
@@ -32,30 +35,30 @@ class Losses:
     noise: row k begins with u(k).
     """
 
-    __slots__ = ("_either", "_known", "_never", "_noise", "_same", "_share", "_was_lost")
+    __slots__ = ("_correlated", "_kept_from", "_known", "_lost_below", "_noise", "_share", "_was_lost")
 
     def __init__(self, share: float, burst: float, noise: NoiseStream) -> None:
-        begins, stays = odds(share, burst)
-        self._either, self._never = min(begins, stays), max(begins, stays)
-        self._same = stays >= begins
+        begins, stays = transition_probabilities(share, burst)
+        self._lost_below, self._kept_from = min(begins, stays), max(begins, stays)
+        self._correlated = stays >= begins
         self._share, self._noise = share, noise
         self._known, self._was_lost = -1, False
 
     def lost(self, index: int, chance: float) -> bool:
         """True if the message of tick `index` is lost; `chance` is its u."""
         decided, u = index, chance
-        while decided and decided != self._known and self._either <= u < self._never:
+        while decided and decided != self._known and self._lost_below <= u < self._kept_from:
             decided -= 1
             u = float(self._noise.row(decided)[0])
-        limit = self._either if decided else self._share
+        limit = self._lost_below if decided else self._share
         lost = self._was_lost if decided == self._known else u < limit
-        if not self._same and (index - decided) % 2:
+        if not self._correlated and (index - decided) % 2:
             lost = not lost
         self._known, self._was_lost = index, lost
         return lost
 
 
-def odds(share: float, burst: float) -> tuple[float, float]:
+def transition_probabilities(share: float, burst: float) -> tuple[float, float]:
     """Probabilities that a message is lost after one that was not, and after one that was."""
     if not burst:
         return share, share
@@ -64,7 +67,7 @@ def odds(share: float, burst: float) -> tuple[float, float]:
 
 
 def least_burst(share: float) -> float:
-    """The shortest mean burst that a share of lost messages can come in, but for round-off."""
+    """Least mean number of messages lost in a row that a share of lost messages allows, but for round-off."""
     return max(1.0, (1.0 - 1e-9) * share / (1.0 - share))
 
 

@@ -22,6 +22,7 @@ from fesloop.loop.noise import NoiseStream
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.signals import Sensors as StatedSensors
+from fesloop.loop.wire import least_burst, transition_probabilities
 from plants.checks import require_not_negative, require_shape
 from plants.imus.device import KINDS, MAG, PRESETS, Device, PresetName, TriadErrors
 from plants.imus.disturbances import (
@@ -496,7 +497,7 @@ class Imus:
     def _require_loss(self) -> None:
         if not 0.0 <= self.loss < 1.0:
             raise InputError("imus.loss", f"{self.loss}", "a share from 0 to below 1")
-        least = max(1.0, self.loss / (1.0 - self.loss))
+        least = least_burst(self.loss)
         if self.burst_samples and not self.burst_samples >= least:
             raise InputError("imus.burst_samples", f"{self.burst_samples}",
                              f"{least:g} or more with this loss, or 0 for samples lost one by one")
@@ -563,8 +564,7 @@ class Imus:
         present[MAG] = np.isin(rows, self._mag_sites)
         sizes = ErrorSizes(*(np.array([getattr(each, name) for each in errors], dtype=np.float64)
                              for name in ErrorSizes._fields))
-        stays = 1.0 - 1.0 / self.burst_samples if self.burst_samples else self.loss
-        begins = self.loss * (1.0 - stays) / (1.0 - self.loss)
+        begins, stays = transition_probabilities(self.loss, self.burst_samples)
         tremor, artefacts = self.tremor or Tremor(), self.artefacts or PulseArtefacts()
         components = tremor.components(device.seed, device.name, trial)
         return Sensors(

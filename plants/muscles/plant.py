@@ -184,7 +184,7 @@ class Muscles:
     pulses, the first when f begins, the next 1 / f later and so on, whatever v does; a pulse takes the v
     that acts at its instant. Fibres that stimulation holds are out of reach of effort and reflex, whose
     drives are held between messages and tire nobody (chosen: at will, fibres take turns). All is exact at
-    any instant, Ding's force within 1e-6 (`STEP_NS` in `muscles.ding_kernels`), and the same to
+    any instant, Ding's force within 1e-6 (`STEP_NS` in `plants.muscles.ding`), and the same to
     the last bit whoever looks in between.
 
     Inputs, (29,) each: `recruitment` v, from 0 to 1, and `frequency` f in Hz; optional `velocity` in 1/s,

@@ -71,7 +71,7 @@ def test_processes_refuse_what_is_none(change, told):
 
 @pytest.mark.parametrize(("text", "told"), [
     (None, "cannot be read"), ("a = [", "is not TOML"), ('format = "other"', "format"),
-    ('format = "fesloop error process 1"', "format")])
+    ('format = "fesloop error process 1"', "series")])
 def test_other_files_are_refused(text, told, tmp_path):
     path = tmp_path / "error.toml"
     if text is not None:

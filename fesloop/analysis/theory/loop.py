@@ -13,7 +13,7 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.order import Sampling, firing_order
-from fesloop.loop.wire import odds
+from fesloop.loop.wire import transition_probabilities
 from fesloop.models.linear_form import ContinuousForm, SampledForm
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ class LinearLoop:
 
 def bursts(connection: Connection) -> bool:
     """Whether the loss of a message depends on the loss of the one before."""
-    begins, stays = odds(connection.wire.loss, connection.wire.burst_messages)
+    begins, stays = transition_probabilities(connection.wire.loss, connection.wire.burst_messages)
     return begins != stays
 
 

@@ -31,7 +31,7 @@ from fesloop.errors import RunError
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.nodes import Node
 from fesloop.loop.order import Sampling
-from fesloop.loop.wire import odds
+from fesloop.loop.wire import transition_probabilities
 from fesloop.models.linear_form import SampledForm, numbers_of
 from fesloop.models.linear_model import zero_order_hold
 
@@ -226,7 +226,7 @@ class PeriodRun:
             self.transitions.append(chances)
             self._draw(chances, port, [*sent, port])
         elif bursts(connection):
-            begins, stays = odds(connection.wire.loss, connection.wire.burst_messages)
+            begins, stays = transition_probabilities(connection.wire.loss, connection.wire.burst_messages)
             chances = np.array([[1.0 - begins, begins], [1.0 - stays, stays]])
             for age in reversed(delivery.ages):
                 self.transitions.append(chances)

@@ -4,11 +4,9 @@ The recording `body16` (in the folder FESLOOP_RECORDINGS) plays through a tracke
 experiment `replay`, for ten minutes in trials of its length, recorded as in every run. A process keeps the
 last core busy; the loop is pinned to the first. On each core another process, the sleeper, does nothing but
 sleep in the same way until the same deadlines and nine between each two: a deadline that it misses could not
-be kept by any
-    process
+    be kept by any process
 that sleeps on that core. (The loop has to be pinned for this comparison: otherwise its timer is that of the
-    core
-where it fell asleep, while it may wake on the other.)
+core where it fell asleep, while it may wake on the other.)
 
 `us_*` of the first row is the delay of the start of each tick's work, with the sleepers' delay in
 `reference_us_*`; of the second row the duration of the work. `missed` counts deadlines: of the loop, where

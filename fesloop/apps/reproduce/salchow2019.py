@@ -196,8 +196,7 @@ def furniture(seed: int, moment: float) -> tuple[str, ...]:
     """Settings that put three magnetised pieces of furniture around a subject's initial pose.
 
     Each is a dipole of random direction, 0.15 to 0.5 m from the wrist, beside or below it (chosen: frame and
-        legs of a
-    table, a computer).
+    legs of a table, a computer).
     """
     rng = np.random.default_rng([seed, 2019])
     dipoles = []

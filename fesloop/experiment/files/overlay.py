@@ -1,9 +1,9 @@
 """The overlay of tables: a file over the one that it extends, the option of a variant over its file.
 
     remove = ["patient", "blocks.hand.object"]   applied first; with a block its wires and its signals in
-                                                 [record] are removed too, and in the end aliases that lead
-                                                 to what is removed
-    blocks.tracker.kind = "vqf"                  tables are merged key by key, at every depth; any other
+                                                 [record] are removed too, and in the end aliases that lead to
+                                                 what is removed blocks.tracker.kind = "vqf"
+                                                 tables are merged key by key, at every depth; any other
                                                  value, a list too, replaces the old one, and so does a
                                                  table within a block or wire that is of another `kind`, or
                                                  has a `file` in place of a kind

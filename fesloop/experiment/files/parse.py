@@ -207,8 +207,8 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
 def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
     """Add the parameters of the patient and of model files to the tables; raises InputErrors.
 
-    Nothing is read out of tables before they are of the declared form, but for parameters that are missing: a
-    patient or a model may add those.
+    Tables are validated before a value is used. Missing parameters of blocks are tolerated here, since a
+    patient or a model file may supply them.
     """
     faults = faults_of_form(tables, kinds)
     patient, of_patient = patient_of(tables, faults)

@@ -98,7 +98,7 @@ def joint_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
 
 
 def unmoved_rmse_deg(trials: Sequence[tuple[Trace, Trace]], begun: Sequence[Array]) -> list[float]:
-    """`joint_rmse_deg` of joints that never move from each trial's first angles, `begun`, (joints,) each."""
+    """Baseline `joint_rmse_deg` of joints that stay at each trial's first angles, `begun`, (joints,)."""
     return [float(rms(np.atleast_1d(rmse_deg(truth, reference, still=still))))
             for (truth, reference), still in zip(trials, begun, strict=True)]
 

@@ -16,8 +16,8 @@ from fesloop.experiment import registry
 from fesloop.experiment.files.layout import json_schema
 from fesloop.experiment.files.parse import from_document, read
 from fesloop.experiment.recording.reading import Recording
-from plants.patients.patient import from_table
-from plants.patients.patient import load as load_patient
+from plants.patients.files import from_table
+from plants.patients.files import load as load_patient
 
 CHAIN = str(Path(__file__).parent / "patient_chain.toml")
 
@@ -209,7 +209,7 @@ def test_a_reader_that_is_not_there_is_named(monkeypatch, entries, found):
 
 def test_the_group_has_a_reader():
     assert [entry.value for entry in importlib.metadata.entry_points(group=registry.PATIENTS)] == [
-        "plants.patients.patient"]
+        "plants.patients.files"]
 
 
 def test_a_patient_of_whom_no_block_is_told_is_refused():

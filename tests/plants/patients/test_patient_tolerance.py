@@ -3,7 +3,7 @@ import pytest
 import fesloop
 from controllers.safety import Safety
 from fesloop.errors import InputError
-from plants.patients.patient import load
+from plants.patients.files import load
 
 TENDER = 'name = "anna"\n[tolerance]\ncurrent_max_ma = 15.0\ncharge_max_uc = 3.0\n'
 

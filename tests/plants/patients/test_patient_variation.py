@@ -12,7 +12,8 @@ from scipy.stats import kstest, truncnorm
 from fesloop.errors import InputError
 from plants.electrodes import Electrodes
 from plants.muscles import Muscles
-from plants.patients.patient import GREATEST_NUMBER, MOST_SD, Draws, Patient, from_table, load, names
+from plants.patients.files import from_table, load, names
+from plants.patients.patient import GREATEST_NUMBER, MOST_SD, Draws, Patient
 from plants.patients.sections import (
     LIMITS,
     Anthropometry,
