@@ -17,11 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fesloop.errors import FesloopError, InputError, RunError
-    from fesloop.experiment.experiment import Experiment
     from fesloop.experiment.files.parse import load
     from fesloop.experiment.record_spec import Record
     from fesloop.experiment.recording.reading import Recording
-    from fesloop.experiment.running.trial import Result
+    from fesloop.experiment.running.trial import Experiment, Result
     from fesloop.experiment.score_spec import Score
     from fesloop.loop.duration import Duration
     from fesloop.loop.nodes import Node
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Duration": "fesloop.loop.duration",
-    "Experiment": "fesloop.experiment.experiment",
+    "Experiment": "fesloop.experiment.running.trial",
     "FesloopError": "fesloop.errors",
     "InputError": "fesloop.errors",
     "Loop": "fesloop.loop.run",

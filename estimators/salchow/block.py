@@ -34,13 +34,13 @@ from dataclasses import dataclass, field, replace
 from estimators.body.body import ALIGNED_PORT, Body, posture_ports, stated_by, worn_as_stated
 from estimators.calibration.initial_pose import InitialPoseLimits
 from estimators.fusion.front_end import FrontEndName
-from estimators.salchow.fusion import track
-from estimators.salchow.state import (
+from estimators.salchow.fusion import (
     SalchowState,
     method_of,
     require_parameters,
     sample_ports,
     start,
+    track,
     wired,
     worn_by,
 )

@@ -11,9 +11,9 @@ from loop_parts import Sink
 
 import fesloop
 from fesloop.apps.cli import main
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.metrics.lateness import EDGES_MS, histogram, quantiles
 from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import Experiment
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
+from fesloop.experiment.running.trial import Experiment
 
 
 def experiments() -> dict[str, Experiment]:

@@ -13,13 +13,12 @@ from typing import Any
 from fesloop.apps.cli.output import print_json, print_next_commands, print_table, progress_bar
 from fesloop.errors import FesloopError, InputError
 from fesloop.experiment.cautions import experiment_cautions
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.layout import guide_of
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.metrics.lateness import class_names
 from fesloop.experiment.metrics.missing import MISSING, reasons_of
 from fesloop.experiment.recording.reading import Event, Recording
-from fesloop.experiment.running.trial import Result, run
+from fesloop.experiment.running.trial import Experiment, Result, run
 from fesloop.experiment.trouble import graveness, troubles
 from fesloop.loop.abilities import Warns, offers
 from fesloop.loop.block import Context, is_plant

@@ -22,10 +22,10 @@ from fesloop.apps.reproduce.comparison import Row, band
 from fesloop.apps.reproduce.patient_session import Kept, Session, sessions
 from fesloop.apps.reproduce.reachable import learnt_widths, reachable_floor, reference_course
 from fesloop.apps.reproduce.result import Reproduction, Sweep
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.metrics.grasp import aperture
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import Experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.models.patient_model import PatientModel, load_patient_model

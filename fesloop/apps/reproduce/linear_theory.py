@@ -26,8 +26,8 @@ from fesloop.apps.reproduce.cohort import Kept, Key, Progress, run_jobs
 from fesloop.apps.reproduce.comparison import Row
 from fesloop.apps.reproduce.result import Reproduction
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
+from fesloop.experiment.running.trial import Experiment
 from fesloop.forms.schema import plain
 from fesloop.forms.toml import toml_value
 from fesloop.loop.clock import NS_PER_S

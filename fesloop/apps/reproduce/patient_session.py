@@ -13,10 +13,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.registry import identifier
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running.trial import Experiment, run
 
 Kept = dict[str, Any]
 Key = tuple[str | int, ...]

@@ -13,7 +13,6 @@ from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.layout import experiment_table
 from fesloop.experiment.files.patients import patient_of, with_models, with_patient
 from fesloop.experiment.files.settings import apply_settings
@@ -21,6 +20,7 @@ from fesloop.experiment.files.source import read_experiment
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.record_spec import Record
 from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.forms.faults import faults_of, wire_place
 from fesloop.forms.schema import Kinds, keys_at, make

@@ -390,3 +390,24 @@ def _scored(recording: Recording, status: str) -> dict[str, Any]:
         if status == "done":
             raise
         return {}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Experiment(ExperimentSpecification):
+    """An experiment, specified as `ExperimentSpecification` says, and its run."""
+
+    def run(self, out: str | Path = "runs", *, realtime: bool | Pacing = False,
+            progress: Callable[[float], None] | None = None) -> Result:
+        """Run every trial and leave one recording in the folder `out`.
+
+        `realtime` keeps simulated time in step with the wall clock; a `Pacing` also sets, for
+        example, how late ticks are treated. `progress` receives the fraction done.
+        Raises RunError if the run fails and KeyboardInterrupt if it is interrupted; what was recorded
+        until then is kept.
+        """
+        result = run(self, Path(out), realtime=realtime, progress=progress)
+        if result.status == "failed":
+            raise RunError(f"{result.cause}; recorded until then: {result.recording}")
+        if result.status == "interrupted":
+            raise KeyboardInterrupt
+        return result

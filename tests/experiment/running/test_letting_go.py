@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import pytest
 
 from fesloop.errors import RunError
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running.trial import Experiment, run
 from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
 

@@ -6,8 +6,8 @@ from loop_parts import Sink
 
 import fesloop
 from fesloop.errors import InputError
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.running import trial
+from fesloop.experiment.running.trial import Experiment
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire

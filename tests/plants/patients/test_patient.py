@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from plants.hand.muscles import moment_arms
-from plants.hand.muscles import muscles as hand_muscles
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.forms.toml import toml_text
@@ -18,6 +16,8 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from plants.electrodes import Electrodes
 from plants.hand import Hand
+from plants.hand.model import moment_arms
+from plants.hand.model import muscles as hand_muscles
 from plants.muscles import Muscles
 from plants.patients.files import from_table, load, names
 from plants.patients.patient import ADULT_FOREARM_MM, Patient

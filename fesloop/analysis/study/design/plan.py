@@ -12,10 +12,10 @@ from typing import Any
 from fesloop.analysis.study.design.cells import Cell, cells_of
 from fesloop.analysis.study.design.study import Study
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document, read
 from fesloop.experiment.files.settings import apply_settings
 from fesloop.experiment.files.variants import pick
+from fesloop.experiment.running.trial import Experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.realtime import is_live
 

@@ -19,9 +19,8 @@ from fesloop.analysis.study.design.study import Preparation, Study
 from fesloop.analysis.study.engine.worker import NO_ROOM, experiment_of, failure, is_full, scratch_folder
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError, where_it_broke
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.registry import identifier
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running.trial import Experiment, run
 from fesloop.forms.toml import toml_value
 from fesloop.loop.machine import one_blas_thread
 

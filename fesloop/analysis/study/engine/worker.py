@@ -23,9 +23,8 @@ from uuid import uuid4
 from fesloop.analysis.study.design.study import KeptMetric
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, where_it_broke
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document
-from fesloop.experiment.running.trial import Rehearsals, run
+from fesloop.experiment.running.trial import Experiment, Rehearsals, run
 from fesloop.loop.machine import one_blas_thread
 
 NO_ROOM = "no room"
