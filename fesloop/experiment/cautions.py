@@ -16,7 +16,7 @@ Caution = tuple[str, str, str]
 """Node, status, detail."""
 _MEASURED = "measured"
 """Input of a controller that receives the controlled quantity."""
-_LOOKS = 2000
+_INSTANTS = 2000
 """Instants of the scored span at which a reference is evaluated (chosen: ms apart in a trial of seconds)."""
 _STILL = 1e-9
 """Chosen: less than this, rad, is round-off and no motion."""
@@ -73,7 +73,7 @@ def _references(experiment: Experiment) -> Iterator[Caution]:
         if course is None or times.ndim != 1 or not times.size:
             continue
         until_s = duration_s if score.until_s is None else min(score.until_s, duration_s)
-        at = course.at(np.linspace(score.after_s, until_s, _LOOKS))
+        at = course.at(np.linspace(score.after_s, until_s, _INSTANTS))
         still = node.name == scored and float(np.ptp(at, axis=0).max()) < _STILL \
             < float(np.ptp(course.at(times), axis=0).max())
         late = times[times > duration_s]

@@ -26,7 +26,7 @@ Report = tuple[str, str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Passage:
-    """Way of some inputs through a block, with the waits inside the block.
+    """Path of some inputs through a block, with the waits inside the block.
 
     A message takes effect `delay_ns` after `since`, until the next message that was read does; the block's
     steps from then on have outputs that follow it. With lanes a step serves one of them only. An input that

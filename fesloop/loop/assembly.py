@@ -154,7 +154,7 @@ class BlockStation:
         return due
 
     def skip(self, why: str) -> None:
-        """Let the tick that is due pass without a step, and record that."""
+        """Skip the tick that is due, and record that."""
         self.events.append((self.due, self.name, "skipped", f"tick {self.index}: {why}"))
         self.index += 1
         self.due = self._next_tick()

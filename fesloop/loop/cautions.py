@@ -137,10 +137,10 @@ def too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
     horizon_ns = min(duration_ns, _HORIZON_NS, round(_MOST_STEPS / _ticks_per_s(wiring, kept) * NS_PER_S))
     looks = [_Look(connection.target_port, limit) for _, limit, connection in watched]
     ages: _Ages = {}
-    stand_ins = [_stand_in(node, [look for look, (of, *_) in zip(looks, watched, strict=True) if of is node],
-                           ages) for node in wiring.nodes if node.name in kept]
+    replaced = [_substitute(node, [look for look, (of, *_) in zip(looks, watched, strict=True) if of is node],
+                            ages) for node in wiring.nodes if node.name in kept]
     wires = [c.wire for c in wiring.connections if c.target.name in kept and not c.target.is_plant]
-    Loop(Wiring(stand_ins, wires, wiring.seed)).run_until(max(horizon_ns - 1, 0))
+    Loop(Wiring(replaced, wires, wiring.seed)).run_until(max(horizon_ns - 1, 0))
     found = []
     for look, (node, _, connection) in zip(looks, watched, strict=True):
         if look.old and not look.sound:
@@ -229,7 +229,7 @@ class _Plant:
         return (0.0,) * len(self.outputs)
 
 
-def _stand_in(node: Node, looks: Sequence[_Look], ages: _Ages) -> Node:
+def _substitute(node: Node, looks: Sequence[_Look], ages: _Ages) -> Node:
     inputs, outputs = (tuple(Port(port.name, optional=True) for port in ports)
                        for ports in (node.part.inputs, node.part.outputs))
     if node.is_plant:

@@ -357,7 +357,7 @@ class BlockOnWay:
 
 
 def _passage(node: Node, source: str, target: str) -> Passage:
-    """Way that a block declares from its input `source` to its output `target`."""
+    """Passage that a block declares from its input `source` to its output `target`."""
     declared = node.part.passages(Context(node.name, clock=node.clock)) if offers(node.part, Delays) else ()
     return next((each for each in declared
                  if source in each.inputs and (not each.outputs or target in each.outputs)), _AT_ONCE)
@@ -714,7 +714,7 @@ def _paths(connections: Sequence[Connection]) -> Iterator[tuple[Connection, ...]
 
 
 def _timing(wire: Wire) -> Wire:
-    """The wire without what has no influence on arrivals: its ends, unless they are random."""
+    """The wire without fields that do not affect arrivals: its ends, unless they are random."""
     return wire if wire.random else replace(wire, source="a.wire", target="a.wire", link=None)
 
 

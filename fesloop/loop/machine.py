@@ -137,8 +137,8 @@ def _lock_memory() -> str:
     import resource  # there is none on some other systems
 
     limit = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0]
-    unlimited = limit == resource.RLIM_INFINITY or bool(int(_told_of_self("CapEff"), 16) >> _CAP_IPC_LOCK & 1)
-    if _told_of_self("VmLck").split()[0] != "0":
+    unlimited = limit == resource.RLIM_INFINITY or bool(int(_own_status("CapEff"), 16) >> _CAP_IPC_LOCK & 1)
+    if _own_status("VmLck").split()[0] != "0":
         return "was locked before the run"
     which = _MCL_CURRENT | _MCL_ONFAULT | (_MCL_FUTURE if unlimited else 0)
     libc = _libc()
@@ -152,7 +152,7 @@ def _libc() -> ctypes.CDLL:
     return ctypes.CDLL(None, use_errno=True)
 
 
-def _told_of_self(key: str) -> str:
+def _own_status(key: str) -> str:
     """A line of the kernel's status of this process (`proc(5)`)."""
     lines = Path("/proc/self/status").read_text(encoding="utf-8", errors="replace").splitlines()
     return next(line.partition(":")[2].strip() for line in lines if line.startswith(f"{key}:"))

@@ -88,7 +88,7 @@ def lost_samples(recording: MotionRecording) -> NDArray[np.bool_]:
 
 
 def missing_text(recording: MotionRecording, first: int, stop: int, gaps: Sequence[Gap]) -> str:
-    """Lost samples from `first` to `stop`, with the gaps among them; empty for none."""
+    """Text on lost samples from `first` to `stop`, gaps included; empty for none."""
     texts = []
     if gaps:
         missing = sum(gap.missing for gap in gaps)
@@ -110,9 +110,9 @@ def _first_few(texts: Sequence[str], more: str = "more") -> str:
 
 
 def repeated_text(recording: MotionRecording, first: int = 0, stop: int | None = None) -> str:
-    """Sensors that repeat a sample for long in samples `first` to `stop`; empty for none.
+    """Text on sensors that repeat a sample for long in samples `first` to `stop`; empty for none.
 
-    Devices do so that have lost the sensor.
+    Devices repeat a sample after they have lost the sensor.
     """
     period_s = pace_of(recording.stamps_ns / NS_PER_S).period_s
     least = max(_REPEATS, round(_REPEATS_S / period_s)) if period_s > 0.0 else _REPEATS

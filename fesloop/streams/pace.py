@@ -62,7 +62,7 @@ class Pace:
     ----------
     period_s: between samples, without gaps.
     breaks: numbers of the samples before which others are missing, ascending.
-    jitter_s: standard deviation of a stamp, robust; of samples in packets with what they wait for the last.
+    jitter_s: robust standard deviation of a stamp; in packets it includes the wait for the last sample.
     """
 
     period_s: float
@@ -146,7 +146,7 @@ def packets(times_s: Array) -> float:
 def _breaks(times_s: Array, period: float, together: int) -> tuple[Numbers, float]:
     """Samples at which stamps fall behind a period for good, and the jitter, s.
 
-    `together`: samples of a packet, whose steps show no jitter, but those from one packet to the next do.
+    `together`: samples of a packet; steps within it show no jitter, steps between packets do.
     """
     late = times_s - period * np.arange(times_s.size)
     steps = np.diff(late)

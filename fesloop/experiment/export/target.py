@@ -23,7 +23,7 @@ from fesloop.loop.signals import NEVER
 
 @contextmanager
 def published(target: Path, single: bool) -> Iterator[Path]:
-    """A folder to write into, which then is the target; with `single` its one file is. Else nothing is left.
+    """Yield a draft folder, which becomes the target; with `single` its only file does.
 
     Raises InputError where the target exists or cannot be made, RunError where it cannot be written to the
     end, as on a full disk.
@@ -33,7 +33,7 @@ def published(target: Path, single: bool) -> Iterator[Path]:
         yield draft
         _publish(draft, target, single)
     except OSError as fault:
-        raise _told(target, fault) from fault
+        raise _failure(target, fault) from fault
     finally:
         shutil.rmtree(draft, ignore_errors=True)
 
@@ -74,7 +74,7 @@ def _publish(draft: Path, target: Path, single: bool) -> None:
         written.rename(target)
 
 
-def _told(target: Path, fault: OSError) -> RunError:
+def _failure(target: Path, fault: OSError) -> RunError:
     """Error for a target that cannot be written."""
     if fault.errno in (errno.ENOSPC, errno.EDQUOT):
         return RunError(f"--out {target}: the disk is full; make room, or give another folder; "
@@ -83,7 +83,7 @@ def _told(target: Path, fault: OSError) -> RunError:
 
 
 def file_name(name: str) -> str:
-    """A name that any file system takes: what is no letter, digit, dot, dash or underscore is one."""
+    """A name for any file system: only letters, digits, dots, dashes, and underscores for anything else."""
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name).lstrip(".") or "_"
 
 

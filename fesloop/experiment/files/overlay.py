@@ -146,7 +146,7 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
             made[key] = merged(made.get(key, {}), patch[key], 0 if key in ("blocks", "links") else 1)
     for wire in patch.get("wires", ()):
         made["wires"][wire_ends(wire)] = merged(made["wires"].get(wire_ends(wire), {}), wire, 1)
-    _drop_aliases(made, [path for path in gone if not _stands(made, path)])
+    _drop_aliases(made, [path for path in gone if not _has(made, path)])
     return _named(plain_lists(made))
 
 
@@ -189,7 +189,7 @@ def _take_out(tables: Tables, path: Sequence[str], where: str) -> None:
     del holder[path[-1]]
 
 
-def _stands(here: Any, path: Sequence[str]) -> bool:
+def _has(here: Any, path: Sequence[str]) -> bool:
     for part in path:
         if not isinstance(here, dict) or part not in here:
             return False

@@ -31,8 +31,8 @@ class SearchScore:
     ----------
     search: node that searches (`point_search`).
     truth: angles of the hand, (23,), rad.
-    movement: that it searched for.
-    optimum: quality of the best that there is, by an exhaustive search without noise; None: not known.
+    movement: name of the movement that it searches for. optimum: greatest possible quality, from an
+        exhaustive search without noise; None: unknown.
     """
 
     search: str

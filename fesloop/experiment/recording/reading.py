@@ -272,7 +272,7 @@ def signal_of(name: str, field: str, rows: StoredRows, first: int, stop: int) ->
     return Signal(name, rows.units[field], indices, times, values, oldest, newest, left)
 
 
-_LOOKS, _BETWEEN_S = 3, 0.02
+_ATTEMPTS, _BETWEEN_S = 3, 0.02
 """Attempts to open a file that is too short, and the time between them (chosen: writers need less)."""
 
 
@@ -314,7 +314,7 @@ def _open_anyhow(path: Path) -> h5py.File:
 
 def _open_when_long_enough(path: Path) -> h5py.File:
     """Wait for a file to become as long as its writer has announced."""
-    for _ in range(_LOOKS):
+    for _ in range(_ATTEMPTS):
         try:
             return h5py.File(path, "r")
         except OSError as fault:

@@ -118,7 +118,7 @@ def _draw_line(axes: Axes, content: Content, cells: Sequence[Estimate], line: in
 
 
 def _mark_lost(axes: Axes, content: Content, cells: Sequence[Estimate], line: int, low: float) -> None:
-    """A cross below the axis where all runs failed, each line's in a row of its own."""
+    """Draw a cross below the axis where all runs failed, each line's in a row of its own."""
     lost = [cell for cell in cells if cell.failed and not cell.runs]
     if lost:
         bottom, _ = axes.get_ylim()

@@ -203,7 +203,8 @@ def _scale(content: Content) -> Normalize:
 
 def _draw_squares(axes: Axes, content: Content, panel: AxisLevel | None, colours: Colormap,
                   norm: Normalize) -> None:
-    """Hatched where all runs failed; where some did, their share along the foot of the cell."""
+    """Draw the squares: hatched where all runs failed; where some did, their share along the foot of the
+    cell."""
     from matplotlib.patches import Rectangle
 
     x, y = content.x, content.y
@@ -257,7 +258,7 @@ def _draw_overlays(axes: Axes, content: Content, panel: AxisLevel | None) -> Non
 
 def _colour_bar(drawing: Drawing, every: Sequence[Axes], colours: Colormap, norm: Normalize,
                 content: Content) -> None:
-    """An arrow at an end beyond which there are values."""
+    """Draw the colour bar, with an arrow at an end beyond which there are values."""
     from matplotlib.cm import ScalarMappable
 
     known = [content.factor * cell.value for cell in content.cells if np.isfinite(cell.value)]

@@ -52,7 +52,7 @@ def draw_muscles(axes: Axes, muscles: dict[str, Array | None]) -> None:
 _LETTER_MM, _HEIGHT_MM = 1.62, 3.4
 """Width of a letter and height of a line of a label, mm of skin."""
 _WAYS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
-"""Right, left, below, above, and between."""
+"""Directions of labels: right, left, below, above, and between."""
 
 
 def placed_labels(

@@ -48,7 +48,7 @@ _ABOUT = {"wrist": "wrist", "F1": "F1, thumb", "F2": "F2, index", "F3": "F3, mid
 def courses_figure(
     recording: Recording, cast: Cast, trial: int, at_ns: Instants, until_ns: int, title: str
 ) -> tuple[Figure, list[str]]:
-    """Everything over time, the instants of the other pictures marked; and what was not recorded."""
+    """Figure of all time courses, the instants of the other pictures marked; and notes on missing signals."""
     from matplotlib.figure import Figure
 
     left, notes = _events(recording, cast, trial, until_ns)
@@ -64,7 +64,7 @@ def courses_figure(
 
 
 def _stack(figure: Figure, place: object, draws: list[Draw], at_ns: Instants, until_ns: int) -> None:
-    """One above the other over one axis of time."""
+    """Draw time courses one above the other over one axis of time."""
     rows = place.subgridspec(len(draws), 1, hspace=0.42)  # type: ignore[attr-defined]
     for row, draw in enumerate(draws):
         axes = figure.add_subplot(rows[row])

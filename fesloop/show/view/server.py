@@ -123,14 +123,14 @@ class ViewServer(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """One request."""
+    """Handler of one request."""
 
     server: ViewServer
     timeout = _SLOWEST_S
     server_version, sys_version = "fesloop", ""
 
     def do_GET(self) -> None:
-        """The page, or frames."""
+        """Answer with the page, or with frames."""
         try:
             path = urlsplit(self.path)
         except ValueError:
@@ -161,7 +161,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(_event("fault", " ".join(str(fault).split())))
 
     def _send(self, play: Play) -> None:
-        """Frames at most every 33 ms, and none while what was sent before is still on its way."""
+        """Send frames, at most every 33 ms, and none while earlier ones are still on their way."""
         began = sent = time.monotonic()
         while not self.server.ending:
             now = time.monotonic()

@@ -2,7 +2,7 @@
 
 pyxdf reads the file and brings stamps to the recorder's clock (`fesloop.streams.decoders`). Three things are
 done here instead: clocks that were reset refuse the file, where pyxdf guesses how the parts belong together;
-gaps are found whatever their length, where pyxdf draws its line through those below a second; and a nominal
+gaps are found whatever their length, where pyxdf fits its line through gaps below a second; and a nominal
 rate that the stamps contradict is refused.
 """
 

@@ -63,7 +63,7 @@ class StreamQuery:
 
 
 def describe(info: Any) -> str:
-    """A stream in a few words, for messages."""
+    """Short description of a stream, for messages."""
     return (f"{info.name()!r} (type {info.type()!r}, source_id {info.source_id()!r}, "
             f"{info.channel_count()} channels, {info.nominal_srate():g} Hz)")
 

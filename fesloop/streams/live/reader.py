@@ -163,7 +163,7 @@ class RateWatch:
 
 _PULL_S = 0.1
 """Time that the thread waits for a sample before it checks whether to end (chosen)."""
-_TOLD_EVERY_NS = NS_PER_S
+_NOTE_PERIOD_NS = NS_PER_S
 _BACKLOG = 10_000
 """Samples that are kept for a loop that lags behind (chosen: ten seconds of the fastest sensors)."""
 
@@ -270,8 +270,8 @@ class StreamReader:
 
     def _tell(self, now_ns: int, status: str, detail: str) -> None:
         """A note, at most one a second of each status; those left out are counted."""
-        before, left_out = self._told.get(status, (now_ns - _TOLD_EVERY_NS, 0))
-        if now_ns - before < _TOLD_EVERY_NS:
+        before, left_out = self._told.get(status, (now_ns - _NOTE_PERIOD_NS, 0))
+        if now_ns - before < _NOTE_PERIOD_NS:
             self._told[status] = before, left_out + 1
             return
         self._told[status] = now_ns, 0

@@ -17,7 +17,7 @@ _MOST_EACH = 4
 """Most levels of text for comparison of each with each; of more, each is compared with the first (chosen)."""
 _MOST_METRICS = 8
 """Most metrics that are compared (chosen: length of the page)."""
-_TOLD = (
+_METHOD = (
     "Runs of one replicate met the same noise in every cell, so a difference between two levels is known "
     "better than either value. Each row is the first level less the second, over pairs of runs that differ "
     "in nothing else; values are independent of each other, and pairs may be several a value. p is two-sided "
@@ -32,7 +32,7 @@ def paired_section(shown: Shown) -> Section | None:
     parts = [part for axis in shown.chosen for part in _of_axis(shown, axis, metrics[:_MOST_METRICS])]
     if not parts or not shown.metric:
         return None
-    return Section(key="comparisons", title="Paired comparisons", parts=[Paragraph(text=_TOLD), *parts])
+    return Section(key="comparisons", title="Paired comparisons", parts=[Paragraph(text=_METHOD), *parts])
 
 
 def _of_axis(shown: Shown, axis: str, metrics: list[str]) -> Iterator[Part]:
