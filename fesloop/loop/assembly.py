@@ -117,7 +117,7 @@ class BlockStation:
                 if new > newest:
                     newest = new
             else:
-                oldest = 0  # its initial value is as old as the trial
+                oldest = 0  # an initial value is as old as the trial
         for port in self._singles:
             if isinstance(held[port][0], float):  # a number is read as a vector of one
                 held[port] = held[port]._replace(value=np.array([held[port][0]]))

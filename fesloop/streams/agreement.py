@@ -340,7 +340,7 @@ def _squares(rates: Array, acc: Array, step_s: float, variance: Array) -> Array:
     found = []
     for (parts, _), own in zip(_MEANS, variance, strict=True):
         part = means.reshape(parts, most // parts, *means.shape[1:]).mean(axis=1)
-        # Rates that are far too fast turn gravity round and round, until nothing is left to move.
+        # Rates that are far too fast rotate gravity many times, until its mean vanishes.
         short = np.maximum(0.0, 1.0 - np.linalg.norm(part, axis=-1))
         apart = np.sum((part - part.mean(axis=0))**2, axis=-1)
         found.append(np.mean(apart + short**2, axis=0) / own)

@@ -86,7 +86,7 @@ class _Reader:
                     answer = self._exchange(request.encode() + b"\n", memory, seconds)
                 except EOFError:
                     ended = -self.close()
-                    if ended == signal.SIGALRM:  # it had waited for a file for too long, just now
+                    if ended == signal.SIGALRM:  # it has just ended after waiting too long for a file
                         continue
                     raise InputError(where, _cause(ended, seconds), "an undamaged file",
                                      "copy the file again") from None

@@ -538,7 +538,7 @@ class Recording:
         events = [Event(int(row["trial"]), int(row["time_ns"]),
                         *(row[name].decode(errors="replace") for name in texts))
                   for row in self._values("events")]
-        # A plant is advanced when somebody looks, and reports only then.
+        # A plant is advanced when its outputs are read, and reports only then.
         return sorted(events, key=lambda event: (event.trial, event.time_ns))
 
     @property

@@ -179,7 +179,7 @@ class UnderWay:
         """Run [0, duration) in stretches, or in step with the wall clock."""
         if self.in_step is not None:
             self.in_step.pacer.begin_trial()
-            self.writer.write_wall(self.in_step.pacer, self.trial)  # when t = 0 was, whatever befalls the run
+            self.writer.write_wall(self.in_step.pacer, self.trial)  # t = 0, even if the run fails
         duration, done = self.experiment.duration_ns, 0
         while done < duration and not interrupt.asked:
             stop = self._stretch(done, duration) if self.in_step is None else self.in_step.advance(duration)

@@ -204,7 +204,7 @@ class StreamReader:
         self._stamps, self._rate = CaptureStamps(period_ns), RateWatch(period_ns, by_sender=by_sender)
         self._samples: deque[Heard] = deque()
         self._notes: deque[Note] = deque()
-        self._told: dict[str, tuple[int, int]] = {}
+        self._noted: dict[str, tuple[int, int]] = {}
         self._bell: Any = None
         self._origin_ns = 0
         self._ending = threading.Event()
@@ -219,7 +219,7 @@ class StreamReader:
         self._origin_ns = present.origin_ns
         self._samples.clear()
         self._notes.clear()
-        self._told.clear()
+        self._noted.clear()
         self._bell = present.bell
         if self._rate.changed:
             self._notes.append(Note(present.origin_ns, "rate_changed", "samples come at a wrong rate"))
@@ -270,11 +270,11 @@ class StreamReader:
 
     def _tell(self, now_ns: int, status: str, detail: str) -> None:
         """A note, at most one a second of each status; those left out are counted."""
-        before, left_out = self._told.get(status, (now_ns - _NOTE_PERIOD_NS, 0))
+        before, left_out = self._noted.get(status, (now_ns - _NOTE_PERIOD_NS, 0))
         if now_ns - before < _NOTE_PERIOD_NS:
-            self._told[status] = before, left_out + 1
+            self._noted[status] = before, left_out + 1
             return
-        self._told[status] = now_ns, 0
+        self._noted[status] = now_ns, 0
         more = f" (and {left_out} times more since the last report)" if left_out else ""
         self._notes.append(Note(now_ns, status, detail + more))
 

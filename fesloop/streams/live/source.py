@@ -125,7 +125,7 @@ class LslSource:
             raise StreamLost(", ".join(map(describe, found)))
         try:
             self._open(found[0])
-        except StreamLost:  # it answered the search as it went, or is about to come
+        except StreamLost:  # it answered the search while ending, or is just starting
             raise StreamLost from None
         if (self.info.channel_count(), channels_of(self.info)) != self._channels:
             self._inlet = None
