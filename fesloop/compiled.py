@@ -1,8 +1,8 @@
 """Compiled functions, kept on disk until a source that they depend on changes.
 
-Numba keeps a compiled function while its own file is unchanged, and goes on calling what a function of
-another file was when both were compiled. `compiled` keeps it while its file, and every file of fesloop or of
-its own package that this file imports, directly or not, is unchanged.
+Numba keeps a compiled function while its own file is unchanged, with the versions of functions of other files
+at the time of compilation. `compiled` keeps it only while its file, and every file of fesloop or of its own
+package that this file imports, directly or not, is unchanged.
 """
 
 from __future__ import annotations

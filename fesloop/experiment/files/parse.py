@@ -140,7 +140,7 @@ def _durations_ns(recording: Recording, block: str, trial: int) -> list[int]:
     signal = next((name for name in recording.signals if name.startswith(f"{block}.")), None)
     if signal is None:
         raise InputError(str(recording.path), f"measured times of {block!r}, which puts nothing out",
-                         "a measured block with an output", "run the experiment anew instead")
+                         "a measured block with an output", "run the experiment again instead")
     steps = recording.signal(signal, trial)
     durations: list[int] = (steps.left_ns - steps.times_ns).tolist()
     return durations

@@ -69,7 +69,7 @@ def with_patient(document: Mapping[str, Any], patient: Patient, kinds: Kinds) ->
     added = {name: _parameters(table, patient, kinds) for name, table in blocks.items()}
     if "drawn" not in choice and not any(added.values()) and not _of_a_file(blocks):
         raise InputError("patient", f"{choice['file']!r} would change nothing",
-                         "an experiment with a block that is told of a patient: a hand, muscles, electrodes",
+                         "an experiment with a block that takes a patient: a hand, muscles, electrodes",
                          "remove it")
     overridden = {name: _merged(more, blocks[name]) if more else blocks[name] for name, more in added.items()}
     return {**document, "blocks": overridden, "patient": {**choice, "drawn": patient.table()}}

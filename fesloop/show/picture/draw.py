@@ -98,7 +98,7 @@ class Drawn:
 
     pictures: list[Path] = field(default_factory=list)
     instants_s: list[float] = field(default_factory=list)
-    chosen: str = "as asked for"
+    chosen: str = "as given"
     notes: list[str] = field(default_factory=list)
     trial: int = 0
 

@@ -294,4 +294,4 @@ def _first_rows(rows: GrowingRecording, hand: RecordedHand, path: Path) -> tuple
         time.sleep(_LOOK_S)
         rows.refresh()
     raise InputError(str(path), f"nothing of a hand was written into it for {_FIRST_ROWS_S:g} s",
-                     remedy="look again once the run goes on")
+                     remedy="view it again when the run continues")

@@ -20,7 +20,7 @@ class Compared:
 
     Attributes
     ----------
-    name: by which it is told from the others. role: of its colour. known: what is known of it.
+    name: that distinguishes it from the others. role: of its colour. known: facts about the run.
     """
 
     name: str

@@ -93,7 +93,7 @@ def without_none(value: Any) -> Any:
 
 
 _COMMAND = "stimulation"
-"""Port by which stimulation is asked for, passed on and taken."""
+"""Name of the ports by which stimulation is commanded, forwarded and received."""
 
 
 @dataclass(frozen=True, slots=True)

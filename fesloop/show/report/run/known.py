@@ -31,7 +31,7 @@ class Known:
     ----------
     recording: opened.
     begun: how many trials were begun. trials: those that are drawn in detail.
-    cast: which block plays which part; None where that cannot be told.
+    cast: role of each block; None if unknown.
     metrics: by `fesloop.experiment.metrics.scoring`, as `fesloop run` prints them; none where that fails.
     score: table [score] of the experiment.
     lacks: what could not be read, a sentence each.

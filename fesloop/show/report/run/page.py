@@ -66,7 +66,7 @@ def run_page(recording: Recording, notices: Sequence[str] = (),
              progress: Progress = lambda fraction: None) -> Page:
     """Report page of one run. A section that fails is replaced by a notice; nothing is raised.
 
-    `notices`: what is known to be missing of the file. `progress` is told the fraction done.
+    `notices`: parts known to be missing in the file. `progress` receives the fraction done.
     """
     sections = []
     known = known_of(recording)

@@ -53,7 +53,7 @@ def failures_section(shown: Shown) -> Section | None:
     for row in np.flatnonzero(failed).tolist():
         by_cause[runs["cause"][row]].append(row)
     ordered = sorted(by_cause.items(), key=lambda item: -len(item[1]))
-    rows = [[str(len(members)), cause or "not told", _where(shown, np.array(members))]
+    rows = [[str(len(members)), cause or "unknown", _where(shown, np.array(members))]
             for cause, members in ordered[:_MOST_CAUSES]]
     more = sum(len(members) for _, members in ordered[_MOST_CAUSES:])
     parts: list[Part] = [Paragraph(text=(

@@ -124,7 +124,7 @@ def _sentence(shown: Shown) -> str:
     try:
         return answer(shown)
     except FesloopError as fault:
-        return f"What came of it cannot be told: {_line(fault)}"
+        return f"The result is not known: {_line(fault)}"
 
 
 def _built(shown: Shown, key: str, title: str, build: Build) -> Iterator[Section]:

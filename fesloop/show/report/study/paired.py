@@ -21,8 +21,8 @@ _METHOD = (
     "Runs of one replicate met the same noise in every cell, so a difference between two levels is known "
     "better than either value. Each row is the first level less the second, over pairs of runs that differ "
     "in nothing else; values are independent of each other, and pairs may be several a value. p is two-sided "
-    "and stands as it is: of twenty comparisons of what does not differ, one is below 0.05. However clear a "
-    "difference, the signed rank test gives no p below 0.125 where there are four values, 0.031 where six.")
+    "and not corrected for multiple comparisons: of twenty comparisons without a difference, one has p below "
+    "0.05. With four values the signed rank test gives no p below 0.125, with six none below 0.031.")
 _COLUMNS = ("first", "second", "difference", "95 % interval", "p", "values", "pairs", "left out")
 
 
