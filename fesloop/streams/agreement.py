@@ -43,15 +43,15 @@ _MOST_WINDOWS, _FEW_WINDOWS = 240, 24
 _SD_RAD = np.radians(2.0)
 """Motion of gravity that drift of a gyroscope and noise leave (chosen: 1 deg/s leaves 1.1 deg)."""
 _TAIL = 1.5
-"""Half the sum of the dimensions of a direction and of the degrees of freedom, one, of Student's t."""
+"""Exponent of the density of a bivariate Student's t, (degrees of freedom + dimensions) / 2 = (1 + 2) / 2."""
 _ALPHA = 1e-6
 """Probability of a false alarm for each sensor (chosen)."""
 _CONSISTENT = 4.0
 """Least ratio of the evidence for an explanation to that against it, over all windows (chosen)."""
 _MOVES = 9.0
-"""Squared standard deviations above which gravity, or the rates, move in a window."""
+"""Least squared motion, in standard deviations, at which a window counts as moving."""
 _LEAST_FACTOR = 1.15
-"""Factors of scale within this are a matter of calibration (chosen)."""
+"""Scale factors within this ratio of 1 count as calibration errors, not as wrong units (chosen)."""
 DEGREES = 180.0 / np.pi
 """Degrees per radian."""
 _GRID = np.geomspace(1.0 / 100.0, 100.0, 53)

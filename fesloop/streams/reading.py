@@ -36,7 +36,8 @@ compress to a third; NumPy takes 260 MB for a text table of 400,000 rows in 1.6 
 LEAST_S, BYTES_A_SECOND = 10, 10**6
 """Processor time for a file: 10 s and 1 s more a MB (chosen: the slowest decoder, of text, reads 5 MB/s)."""
 _BUSY = 10.0
-"""Wall time by processor time above which the process hangs (chosen: a busy machine makes it wait)."""
+"""Ratio of wall time to the limit of processor time above which the process counts as hanging (chosen: a busy
+machine makes it wait)."""
 _NUMERIC = "fiubc"
 _ENDING_S = 5.0
 

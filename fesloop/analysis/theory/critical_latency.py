@@ -107,7 +107,7 @@ def _require_reached(loop: LinearLoop, wire: str, latencies_ns: Sequence[int]) -
     if common:
         growth_of = max(abs(value) for value in common)
         raise InputError(f"wire {wire}", f"a mode that it does not reach is multiplied by {growth_of:.9g} "
-                         "in each period, so the loop comes to rest at no latency",
+                         "in each period, so the loop settles at no latency",
                          "a loop all of whose modes decay",
                          "look for an integrator outside the loop")
 

@@ -64,12 +64,12 @@ class Flow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Draw:
-    """A random choice of the rows before it that the rows after it are copies of.
+    """A random choice among rows of the state: each row after it is a copy of a row before it.
 
     Attributes
     ----------
     chances: (before, after), transition probabilities of the chain; (choices,) for an independent draw.
-    takes: (states or choices, rows after), numbers of rows before.
+    takes: (states or choices, rows after), index of the row before that each row after is a copy of.
     """
 
     chances: Array

@@ -29,7 +29,7 @@ WITHIN = 0.15
 RUNS, LAGS = 999, 40
 CONFIDENCE = 0.95
 _SHORTEST = 4
-"""The longest lag is the record over this: an autocorrelation at longer lags has too few pairs."""
+"""Least ratio of the record's length to a lag: at longer lags an autocorrelation has too few pairs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -189,10 +189,10 @@ class MotionColumns:
 FEWEST = 100
 """Least number of known errors (chosen: a dozen per parameter)."""
 _LONGEST_FAST = 20.0
-"""The fast time constant lies between a sample and the record over this, the slow one between two samples and
-the record; without a slow part, the fast one may reach the record as well."""
+"""The fast time constant lies between one sampling period and the record's length divided by this, the slow
+one between two sampling periods and the record's length. Without a slow part, the fast one has its limit."""
 _LEAST_TIMES = 5.0
-"""Least length of the record in time constants (chosen: two or three independent values)."""
+"""Least ratio of the record's length to a time constant (chosen: two or three independent values)."""
 _PERIOD_S = 0.1
 """Time between compared errors, rather than a sample: a process with few parameters cannot be right at every
 scale, and stimulated muscles do not follow faster errors (chosen: rise time of a twitch)."""

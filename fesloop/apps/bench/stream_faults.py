@@ -52,15 +52,16 @@ FAULTS = {"stop": (380.0, "stream_silent"), "vanish": (380.0, "stream_lost"),
           "clock": (380.0, "stamp_behind"), "nan": (380.0, "empty_sample"),
           "reorder": (680.0, "rate_changed"), "rate": (680.0, "rate_changed"),
           "jump": (280.0, "posture_jumped")}
-"""Stated time, ms, and the status that names the cause. 200 are the ramp of `hil_live`, and 60 are left for
-stalls of a machine that does other things too. But for a jump, which is seen at once, 100 are the greatest
-age of a posture, and 20 pass until the next ticks of a silent stream. Frozen numbers are known after 50,
-another rate after ten samples that are all of it, 300 at half the rate."""
+"""Longest time from a fault to the end of stimulation, ms, and the status that names the cause. Each is a
+sum: 200 for the ramp of `hil_live`, 60 for stalls of a busy machine, 100 for the greatest age of a posture
+    (not
+for a jump, which is seen at once), 20 until the next tick of a silent stream, 50 until a frozen value is
+noticed, and 300 for ten samples at half the rate."""
 _OF_POSTURE = "jump"
 _HELD_S, _GOES_S = 10.0, 1.0
 _VALUES = {"jump": _HELD_S + _GOES_S, "clock": -1.0, "rate": 0.5}
-"""The posture is held straight and bent in turn, so that a jump by that much leads from one to the other.
-Half way between them it would lead to where it is, so that jumps begin where it is held."""
+"""The posture is held straight and bent in turn, so that a jump by half a period leads from one to the other.
+Jumps begin while it is held: half way through the movement a jump would lead to the same posture."""
 _MANY, _FEW = 50, 3
 _LENGTH_S, _REST_S = 0.9, (3.0, 4.0)
 """Durations of a fault, and between two: stimulation resumes a second after the posture is sound."""

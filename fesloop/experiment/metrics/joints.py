@@ -171,7 +171,7 @@ def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSpli
         return TrackingSplit(nothing, nothing, nothing, nothing, from_s)
     scale = np.sqrt(tracker * controller)
     correlation = np.divide(product, scale, out=np.zeros_like(scale), where=scale > 0.0)
-    # Of squares beyond floats it is not known, as they are.
+    # Where a sum of squares overflows, the correlation is not known; it is marked as infinite, like the sum.
     correlation[~np.isfinite(scale)] = np.inf
     total, tracker, controller = np.degrees(np.sqrt(np.stack([total, tracker, controller]) / count))
     return TrackingSplit(total, tracker, controller, correlation, from_s)

@@ -33,7 +33,9 @@ class Signals(Protocol):
 
 
 def values_at(recording: Signals, name: str, trial: int, at_ns: Instants) -> Array | None:
-    """The newest values (len(at_ns), *shape) at instants, the first before it; None where none are recorded.
+    """Values (len(at_ns), *shape) of a signal, held since its last sample; None where it has no samples.
+
+    Instants before the first sample get its value.
 
     Raises InputError for a name that is not recorded.
     """

@@ -72,8 +72,8 @@ class SensorLayout:
     ----------
     gyr, acc, mag: three columns each; `mag` may be left out.
     orientation: four columns, a quaternion measured by other means; may be left out.
-    axes: axes of the sensor that point along x, y and z of its segment, which samples are then given in, and,
-        where the reference has `sensor_frames`, orientations.
+    axes: axes of the sensor that point along x, y and z of its segment. Samples are then converted to the
+        segment's frame; so are reference orientations where the reference has `sensor_frames`.
     """
 
     gyr: Place
@@ -127,13 +127,14 @@ class ReferenceLayout:
 
     Attributes
     ----------
-    order: of a quaternion's parts.
+    order: order of a quaternion's components.
     direction: whether a quaternion turns coordinates of the segment into those of the reference, or back.
     sensor_frames: whether a segment's frame is its sensor's.
     north: whether the reference frame is ENU.
-    rate, time: of the orientations; those of the samples where neither is given. Times of both are by one
-        clock; where one of them has but a rate, both begin together.
-    scored: 1 at instants to be scored, 0 elsewhere; all where it is left out.
+    rate, time: rate or instants of the orientations; those of the samples where neither is given. Instants of
+        samples and orientations are of one clock; where either has only a rate, both begin together.
+    scored: column of 1 at instants to be scored and 0 elsewhere; every instant is scored where it is left
+        out.
     """
 
     order: Literal["wxyz", "xyzw"] = "wxyz"
@@ -151,9 +152,9 @@ class Layout:
 
     Attributes
     ----------
-    sensors: by name, in the order of the recording.
-    rate: of the samples, Hz; or `time`: their instants, in `units.time`, any first one.
-    every: of kinds of samples that are not in every row.
+    sensors: layouts by the sensor's name, in the order of the recording.
+    rate: sampling rate, Hz; or `time`: column of the instants, in `units.time`, from any origin.
+    every: number of rows per sample, for kinds of samples that are not in every row.
     units, text, reference: their own tables.
     pairs: names of (parent, child) sensors on neighbouring segments, each pair once, in no loop.
     resample: rate of the common instants for resampling the streams of an XDF file, Hz.

@@ -158,7 +158,7 @@ def _read(source: Source, where: str) -> list[Pulled]:
 _UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
 _UNDECLARED = Declared()
 _FROZEN = 5
-"""Repetitions of a whole sample that are no chance any more (chosen: noise stirs a last bit somewhere)."""
+"""Identical samples in a row that count as frozen (chosen: noise changes the last bit of some channel)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -25,10 +25,11 @@ PATIENCE_NS = NS_PER_S
 than a stall of a sender)."""
 _MISSING_PERIODS = 2.5
 _RATE_SAMPLES, _ARRIVALS, _RATE_TOLERANCE = 10, 100, 0.2
-"""Samples that a rate is judged by, with senders' stamps and without, and what may be wrong with it: filters
-count time in samples (chosen)."""
+"""Numbers of samples for estimating the rate, with the sender's stamps and from arrivals, and the relative
+error of the rate above which it is reported (chosen: filters count time in samples)."""
 _STALL, _LEAD = 50.0, 20.0
-"""Samples that a sender may make up for after a stall, and beyond which they are too many (chosen)."""
+"""Longest stall, in samples, that a burst may make up for, and the excess above which samples are too
+many (chosen)."""
 
 
 class Verdict(NamedTuple):

@@ -75,13 +75,13 @@ def test_a_file_of_something_else_is_refused(tmp_path, write, fault):
     ("UPDATE about SET value = '[1' WHERE key = 'study'", "does not say which study"),
     ("UPDATE about SET value = '[1]' WHERE key = 'study'", "does not say which study"),
     ("DELETE FROM about WHERE key = 'study'", "does not say which study"),
-    ("UPDATE cells SET levels = '{}' WHERE cell = 1", "do not hang together"),
-    ("UPDATE cells SET levels = '{\"lat' WHERE cell = 1", "do not hang together"),
-    ("DELETE FROM cells WHERE cell = 1", "do not hang together"),
-    ("UPDATE results SET status = 'perhaps'", "do not hang together.*perhaps"),
-    ("UPDATE results SET metrics = '[1, 2]'", "do not hang together"),
-    ("UPDATE results SET metrics = '{\"error_deg\": \"big\"}'", "do not hang together"),
-    ("UPDATE runs SET seed = 'x' WHERE cell = 1", "do not hang together")])
+    ("UPDATE cells SET levels = '{}' WHERE cell = 1", "contradict each other"),
+    ("UPDATE cells SET levels = '{\"lat' WHERE cell = 1", "contradict each other"),
+    ("DELETE FROM cells WHERE cell = 1", "contradict each other"),
+    ("UPDATE results SET status = 'perhaps'", "contradict each other.*perhaps"),
+    ("UPDATE results SET metrics = '[1, 2]'", "contradict each other"),
+    ("UPDATE results SET metrics = '{\"error_deg\": \"big\"}'", "contradict each other"),
+    ("UPDATE runs SET seed = 'x' WHERE cell = 1", "contradict each other")])
 def test_a_store_whose_rows_make_no_study_or_one_of_another_version_is_refused_in_one_line(
         store, statement, fault):
     study_stores.change(store, statement)

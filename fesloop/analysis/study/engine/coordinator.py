@@ -24,9 +24,9 @@ from fesloop.analysis.study.engine.preparing import Preparations, Prepared, mean
 from fesloop.analysis.study.engine.running import (
     died,
     ending,
+    lacks_workers,
     put_outcomes,
     refusal,
-    report_lack,
     run_pending,
     tasks_of,
 )
@@ -113,7 +113,7 @@ def _run_all(client: Any, study: Study, preparations: Preparations, store: Store
 
 def await_workers(client: Any, watch: Watch) -> None:
     """Wait until the cluster has workers, which a job queue may start late."""
-    while report_lack(client, watch):
+    while lacks_workers(client, watch):
         if client.status != "running":
             raise RunError("the scheduler is gone, before any worker connected to it")
         time.sleep(_LOOK_S)
@@ -127,7 +127,7 @@ def _prepare(client: Any, study: Study, preparations: Preparations, store: Store
     missing = {id: each for id, each in preparations.needed.items() if id not in found}
     tasks = (Task(id, prepare_one, (id, document, study.about.seed))
              for id, (_, document) in missing.items())
-    for number, each in enumerate(each_of(completed(client, tasks, lambda: report_lack(client, watch)))):
+    for number, each in enumerate(each_of(completed(client, tasks, lambda: lacks_workers(client, watch)))):
         watch.stage("prepare", number / len(missing))
         reason = refusal(each)
         if reason is not None:
@@ -157,7 +157,7 @@ def _try_bases(client: Any, study: Study, store: Store, watch: Watch) -> None:
     watch.stage("try the base experiment")
     firsts = {} if study.prepare else store.first_runs()
     tried = list(each_of(completed(client, tasks_of(study, store, sorted(firsts.values())),
-                                lambda: report_lack(client, watch))))
+                                lambda: lacks_workers(client, watch))))
     for reason in filter(None, map(refusal, tried)):
         raise reason
     well = {each.id for each in tried if ending(each)[0] == "done"}
@@ -172,7 +172,7 @@ def _require_sound(client: Any, study: Study, cells: Collection[Cell], watch: Wa
     by_id = {f"base-{cell.number}": cell for cell in cells}
     tasks = (task for id, cell in by_id.items() for task in _task(study, id, cell))
     faults = [_fault(study, by_id[each.id], each)
-              for each in each_of(completed(client, tasks, lambda: report_lack(client, watch)))
+              for each in each_of(completed(client, tasks, lambda: lacks_workers(client, watch)))
               if ending(each)[0] != "done"]
     if faults:
         raise InputErrors(faults)

@@ -44,7 +44,7 @@ def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, wat
     watch.runs(tally.done, tally.failed, total)
 
     def wait() -> None:
-        if not report_lack(client, watch):
+        if not lacks_workers(client, watch):
             watch.runs(tally.done, tally.failed, total)
 
     def note(several: Iterable[Done]) -> None:
@@ -63,8 +63,8 @@ def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, wat
                 note(several)
 
 
-def report_lack(client: Any, watch: Watch) -> bool:
-    """Report that the cluster has no workers, if it has none; whether that is so."""
+def lacks_workers(client: Any, watch: Watch) -> bool:
+    """Whether the cluster has no workers, which `watch` is told."""
     lack = not threads(client)
     if lack:
         watch.stage("wait for workers")

@@ -78,7 +78,7 @@ def completed(client: Any, tasks: Iterator[Task], waiting: Callable[[], object] 
                 raise RunError(_GONE)
             for each in done:
                 del submitted[batch.pop(each.id)]
-            # The others were lost with their worker before they were fetched, and are made again.
+            # The rest were lost with their worker before they were fetched; the scheduler runs them again.
             ended.update(batch.values())
             if done:
                 yield done
@@ -104,7 +104,7 @@ def _batch(ended: Any) -> list[Any]:
 
 
 def _outcomes(client: Any, futures: Mapping[str, Any]) -> list[Done]:
-    """Outcomes of futures that have ended, but of those whose worker was lost before they were fetched.
+    """Outcomes of futures that have ended, except those whose worker was lost before they were fetched.
 
     Raises RunError where tasks were cancelled: the scheduler was restarted.
     """

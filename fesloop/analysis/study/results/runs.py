@@ -61,7 +61,7 @@ def run_table(path: Path, rows: StoreRows, declared: Sequence[str]) -> tuple[Axe
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as fault:
         if isinstance(fault, InputError):
             raise
-        raise InputError(str(path), f"is damaged: its tables do not hang together ({fault!r})",
+        raise InputError(str(path), f"is damaged: its tables contradict each other ({fault!r})",
                          "a study's store, as `fesloop study` writes it") from None
     return axes, metrics, runs
 
@@ -110,9 +110,9 @@ def require_metric(metric: str, metrics: Sequence[str]) -> None:
 def unit_keys(runs: Frame, sampled: Sequence[str]) -> list[str]:
     """Columns whose combinations are the units: values that are independent of each other.
 
-    Runs of one replicate have the same seed in every cell, so they are no independent repetitions: over axes
-    whose levels were chosen, values are averaged within a replicate, and replicates are the units. Sampled
-    levels (members of a cohort, points of a random or Sobol design) are units themselves, where they vary
-    among the runs, and replicates are averaged within them.
+    Runs of one replicate share a seed in all cells, so they are not independent. Over axes with chosen
+    levels, values are averaged within a replicate and the replicates are the units. Sampled levels (members
+    of a cohort, points of a random or Sobol design) are the units where they vary among the runs; replicates
+    are then averaged within each level.
     """
     return [axis for axis in sampled if runs[axis].nunique() > 1] or ["replicate"]

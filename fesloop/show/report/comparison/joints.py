@@ -17,7 +17,7 @@ _TO_DEG = float(np.degrees(1.0))
 _FEW = 6
 """Joints that are shown at once, those that some run is to move; the others are folded (chosen)."""
 _MOVES_RAD = 0.02
-"""A reference that goes farther than this wants its joint moved (chosen: a degree)."""
+"""Least range of a reference that is meant to move its joint (chosen: a degree)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -203,8 +203,8 @@ def _cycles(known: Known) -> Part | None:
                  text=f"{name} {what}, whose peaks are compared cycle by cycle.")
 
 
-_WORDS = {"total": ("what the patient sees", "truth"), "tracker": ("not seen by the controller", "tracker"),
-          "controller": ("seen, not put right", "controller")}
+_WORDS = {"total": ("true error", "truth"), "tracker": ("tracker's share", "tracker"),
+          "controller": ("controller's share", "controller")}
 _ABOUT = ("Truth minus reference is truth minus estimate (the tracker's share, latency included) plus "
           "estimate minus reference (the controller's share), at every instant. Root mean squares of the two "
           "do not add up to that of the sum: their squares do where the two are not correlated, and where "
