@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fesloop.experiment.files.parse import load
     from fesloop.experiment.record_spec import Record
     from fesloop.experiment.recording.reading import Recording
-    from fesloop.experiment.running.trial import Experiment, Result
+    from fesloop.experiment.running import Experiment, Result
     from fesloop.experiment.score_spec import Score
     from fesloop.loop.duration import Duration
     from fesloop.loop.nodes import Node
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Duration": "fesloop.loop.duration",
-    "Experiment": "fesloop.experiment.running.trial",
+    "Experiment": "fesloop.experiment.running",
     "FesloopError": "fesloop.errors",
     "InputError": "fesloop.errors",
     "Loop": "fesloop.loop.run",
@@ -39,7 +39,7 @@ _HOMES = {
     "Pacing": "fesloop.loop.realtime",
     "Record": "fesloop.experiment.record_spec",
     "Recording": "fesloop.experiment.recording.reading",
-    "Result": "fesloop.experiment.running.trial",
+    "Result": "fesloop.experiment.running",
     "RunError": "fesloop.errors",
     "Score": "fesloop.experiment.score_spec",
     "Wire": "fesloop.loop.wire",

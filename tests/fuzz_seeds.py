@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fesloop.experiment.export import xdf
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 from fesloop.streams.files import open_recording
 from fesloop.streams.motion_file import write_motion_file
 

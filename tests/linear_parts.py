@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.experiment.record_spec import Record
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.loop.block import Context
 from fesloop.loop.duration import ZERO, Duration

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import is_live

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from fesloop.lazily import found_in
 
 if TYPE_CHECKING:
-    from plants.electrodes.block import Electrodes
+    from plants.electrodes.recruitment import Electrodes
 
 __all__ = ["Electrodes"]
 
-__getattr__ = found_in(__name__, {"Electrodes": "block"})
+__getattr__ = found_in(__name__, {"Electrodes": "recruitment"})

@@ -159,7 +159,7 @@ def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
 def _elements(arrays: Any) -> int:
     """Number of elements of unchecked arrays; 0 for invalid ones, which a later check reports."""
     if arrays is None:
-        from plants.electrodes.block import Electrodes
+        from plants.electrodes.recruitment import Electrodes
 
         return Electrodes().elements
     try:

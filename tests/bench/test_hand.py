@@ -24,7 +24,7 @@ def test_one_row_a_case_in_the_shape_of_every_bench():
 
 def test_a_field_made_anew_is_what_the_second_row_of_the_electrodes_times(monkeypatch):
     made = []
-    monkeypatch.setattr("plants.electrodes.block.fill_rows",
+    monkeypatch.setattr("plants.electrodes.recruitment.fill_rows",
                         lambda active, known, *rest: (made.append(int((active & ~known).sum())),
                                                       known.__ior__(active)))
     hand._pulse_times(turning=False)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from fesloop.apps.cli.check_command import _cautions
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.cautions import cautions_in_place
 
 ACTUATION = 'wires."safety.stimulation->patient.stimulation".latency_ms'

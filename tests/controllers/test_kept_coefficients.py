@@ -3,7 +3,7 @@
 import pytest
 
 import fesloop
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 RUNS = [("finger_mpc", ("experiment.duration_s=1.5", "experiment.trials=2")),
         ("finger_ilc", ("experiment.trials=2",))]

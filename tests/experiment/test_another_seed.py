@@ -5,7 +5,7 @@ import pytest
 
 import fesloop
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.running.trial import Experiment, run
+from fesloop.experiment.running import Experiment, run
 
 EXPERIMENTS = ("finger_pid_latency", "finger_mpc", "finger_ilc", "array_search_two_phase")
 

@@ -11,7 +11,7 @@ from loop_parts import Memory, Sink
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
-from fesloop.experiment.running.trial import Experiment, run
+from fesloop.experiment.running import Experiment, run
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder

@@ -14,7 +14,7 @@ from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.playback import Playback
-from fesloop.experiment.running.trial import run as run_experiment
+from fesloop.experiment.running import run as run_experiment
 
 SMALL = str(Path(__file__).resolve().parent.parent / "experiment" / "small.toml")
 

@@ -13,7 +13,7 @@ import fesloop
 from fesloop.apps.cli import main
 from fesloop.experiment.metrics.lateness import EDGES_MS, histogram, quantiles
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
@@ -55,7 +55,7 @@ def test_the_longest_write_is_told(tmp_path, monkeypatch):
             yield piece
 
     monkeypatch.setattr(RecordingWriter, "write_in_pieces", slowly)
-    monkeypatch.setattr("fesloop.experiment.running.trial._FLUSH_WALL_S", 0.1)
+    monkeypatch.setattr("fesloop.experiment.running._FLUSH_WALL_S", 0.1)
     result = experiment().run(tmp_path, realtime=True)
     assert result.realtime["worst_write_ms"] >= 4.0
     with Recording(result.recording) as recording:

@@ -13,7 +13,7 @@ from loop_parts import Sink
 
 import fesloop
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacing

@@ -3,9 +3,9 @@
 import pytest
 
 import fesloop
+from fesloop.experiment import running
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
-from fesloop.experiment.running import trial
 from fesloop.loop.machine import InStep
 
 pytestmark = pytest.mark.realtime
@@ -42,7 +42,7 @@ def test_a_disk_that_fills_up_between_two_pieces_ends_the_run(tmp_path, monkeypa
     monkeypatch.setattr(RecordingWriter, "_append", counted)
     monkeypatch.setattr("fesloop.experiment.recording.writing.free_bytes",
                         lambda path: 10**12 if len(appended) < 4 else 10**6)
-    result = trial.run(fesloop.load(NAME, SHORT), tmp_path, realtime=True)
+    result = running.run(fesloop.load(NAME, SHORT), tmp_path, realtime=True)
     assert result.status == "failed"
     assert "the disk is full" in result.cause
     with Recording(result.recording) as recording:

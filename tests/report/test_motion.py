@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from controllers.reference import MinimumJerk
 from fesloop import Experiment, Recording
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import RESTING_DEG, dorsal_points, hand_tree

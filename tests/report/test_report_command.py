@@ -7,7 +7,7 @@ import pytest
 
 from fesloop.apps.cli import main
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from fesloop.apps.reproduce.reachable import (
     reachable_floor,
     reference_course,
 )
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder

@@ -8,7 +8,7 @@ from controllers.open_loop import Programme
 from fesloop.analysis.theory import critical_latency_ms, linear_loop, stationary_cost
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.loop.duration import Duration
 from fesloop.loop.nodes import Node

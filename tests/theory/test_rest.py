@@ -16,7 +16,7 @@ from fesloop.analysis.theory.period_map import period_map
 from fesloop.analysis.theory.rest import rest_of
 from fesloop.analysis.theory.second_moments import SecondMoments
 from fesloop.errors import InputError
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire

@@ -10,7 +10,7 @@ import pytest
 from fesloop import Recording
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.form import ORIGINS
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 from fesloop.show.view.followed import FollowedRecording
 from fesloop.show.view.shown import Start
 

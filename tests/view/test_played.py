@@ -16,7 +16,7 @@ from view_parts import events, serving
 from fesloop import Experiment, Recording
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import dorsal_points

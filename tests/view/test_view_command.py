@@ -16,7 +16,7 @@ from controllers.reference import MinimumJerk
 from fesloop import Experiment
 from fesloop.apps.cli import main
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 from fesloop.loop.nodes import Node
 
 

@@ -15,7 +15,7 @@ from fesloop.analysis.theory.loop import LinearLoop, varies
 from fesloop.analysis.theory.period_map import period_map
 from fesloop.analysis.theory.second_moments import SecondMoments
 from fesloop.errors import InputError
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.duration import ZERO
 from fesloop.loop.machine import one_blas_thread

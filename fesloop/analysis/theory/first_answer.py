@@ -14,7 +14,7 @@ from fesloop.analysis.theory.schedule import schedule
 from fesloop.analysis.theory.second_moments import SecondMoments
 from fesloop.analysis.theory.stationary_cost import StationaryCost, stationary_cost
 from fesloop.errors import FesloopError
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_MS
 
 T = TypeVar("T")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fesloop.analysis.theory import rest
 from fesloop.analysis.theory.loop import LinearLoop, bursts, varies
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.block import Context
 from fesloop.loop.cautions import is_source, put_out
 from fesloop.loop.clock import RateClock

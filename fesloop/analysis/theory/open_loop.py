@@ -12,7 +12,7 @@ from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.period_map import PeriodRun
 from fesloop.analysis.theory.schedule import Delivery, schedule
 from fesloop.errors import InputError
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.nodes import Connection
 

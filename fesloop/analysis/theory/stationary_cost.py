@@ -13,7 +13,7 @@ from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.period_map import period_map
 from fesloop.analysis.theory.rest import require_room
 from fesloop.analysis.theory.second_moments import SecondMoments
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 
 Array = NDArray[np.float64]
 _ROUNDING = 1e-10

@@ -19,7 +19,7 @@ from fesloop.analysis.tracker_error.series_fit import FEWEST, fit_series
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording, Signal
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.wire import least_burst

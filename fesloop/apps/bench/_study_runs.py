@@ -24,7 +24,7 @@ from fesloop.analysis.study.results.study_results import load
 from fesloop.errors import RunError
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.files.parse import load as load_experiment
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 EXPERIMENT = "finger_pid_latency"
 METRIC = "error_deg"

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from fesloop.experiment.files.parse import from_document, read
 from fesloop.experiment.recording.writing import RecordingWriter
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import Recorder

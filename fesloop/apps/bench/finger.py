@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 
 
 def experiments() -> dict[str, Experiment]:

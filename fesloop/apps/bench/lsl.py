@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import run as run_experiment
+from fesloop.experiment.running import run as run_experiment
 from fesloop.loop.realtime import Pacing
 from fesloop.streams.live.library import open_library
 

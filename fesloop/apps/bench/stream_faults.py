@@ -26,8 +26,8 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document, load
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import Experiment
-from fesloop.experiment.running.trial import run as run_experiment
+from fesloop.experiment.running import Experiment
+from fesloop.experiment.running import run as run_experiment
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.sender import Played, SenderFault, posture

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from fesloop.errors import RunError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import run as run_experiment
+from fesloop.experiment.running import run as run_experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.realtime import Pacing
 from fesloop.show.view.followed import GrowingRecording

@@ -15,7 +15,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.files.patients import describe
-from fesloop.experiment.running.trial import Experiment, without_stand_in
+from fesloop.experiment.running import Experiment, without_stand_in
 from fesloop.loop.abilities import Warns, offers
 from fesloop.loop.block import Context
 from fesloop.loop.cautions import cautions_in_place, too_old

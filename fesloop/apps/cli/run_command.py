@@ -18,7 +18,7 @@ from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.metrics.lateness import class_names
 from fesloop.experiment.metrics.missing import MISSING, reasons_of
 from fesloop.experiment.recording.reading import Event, Recording
-from fesloop.experiment.running.trial import Experiment, Result, run
+from fesloop.experiment.running import Experiment, Result, run
 from fesloop.experiment.trouble import graveness, troubles
 from fesloop.loop.abilities import Warns, offers
 from fesloop.loop.block import Context, is_plant

@@ -23,7 +23,7 @@ from fesloop.apps.reproduce.result import Reproduction, Sweep
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.metrics.search import SearchScore, asked_of, search_metrics
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.hand.movements import MUSCLES, MovementName, movement_of
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock

@@ -19,7 +19,7 @@ from fesloop.apps.reproduce.worker import Worker
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 Key = tuple[str | int, ...]
 Kept = dict[str, Any]

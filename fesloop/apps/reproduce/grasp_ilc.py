@@ -25,7 +25,7 @@ from fesloop.apps.reproduce.result import Reproduction, Sweep
 from fesloop.experiment.metrics.grasp import aperture
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.models.patient_model import PatientModel, load_patient_model

@@ -27,7 +27,7 @@ from fesloop.apps.reproduce.comparison import Row
 from fesloop.apps.reproduce.result import Reproduction
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.forms.schema import plain
 from fesloop.forms.toml import toml_value
 from fesloop.loop.clock import NS_PER_S

@@ -15,7 +15,7 @@ from typing import Any
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.registry import identifier
-from fesloop.experiment.running.trial import Experiment, run
+from fesloop.experiment.running import Experiment, run
 
 Kept = dict[str, Any]
 Key = tuple[str | int, ...]

@@ -21,7 +21,7 @@ from fesloop.apps.reproduce.chain_slopes import ChainSlopes
 from fesloop.apps.reproduce.open_chain import OpenChain
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop

@@ -20,7 +20,7 @@ from fesloop.experiment.files.source import read_experiment
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.record_spec import Record
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.forms.faults import faults_of, wire_place
 from fesloop.forms.schema import Kinds, keys_at, make

@@ -21,7 +21,7 @@ from fesloop.analysis.theory.linear_loop import linear_loop
 from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.stationary_cost import StationaryCost, stationary_cost
 from fesloop.errors import InputError
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.cautions import is_source, put_out
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.machine import one_blas_thread

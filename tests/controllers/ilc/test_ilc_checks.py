@@ -8,7 +8,7 @@ from controllers.reference import MinimumJerk
 from controllers.safety import Safety
 from estimators.ideal import IdealTracker
 from fesloop.errors import InputError
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
 from plants.finger import Finger

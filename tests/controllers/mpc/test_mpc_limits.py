@@ -16,7 +16,7 @@ from controllers.reference import MinimumJerk
 from controllers.safety import Safety
 from estimators.ideal import IdealTracker
 from fesloop.errors import InputError
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.abilities import Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock

@@ -6,7 +6,7 @@ import pytest
 from fesloop.errors import InputErrors, RunError
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.metrics.joints import coverage, fingertip_error, fingertip_rmse_mm
-from fesloop.experiment.running.trial import Experiment, run
+from fesloop.experiment.running import Experiment, run
 from fesloop.experiment.score_spec import Score
 from fesloop.loop.nodes import Node
 from plants.moving_hand import MovingHand

@@ -7,7 +7,7 @@ import pytest
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 
 UNSTABLE = ["latency_ms=300", "kp=20", "experiment.duration_s=60"]
 

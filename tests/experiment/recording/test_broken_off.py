@@ -14,7 +14,7 @@ import pytest
 
 import fesloop
 from fesloop import InputError, Recording
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 SMALL = Path(__file__).parents[1] / "small.toml"
 KILLS = 3 if os.environ.get("CI") else 20
@@ -104,7 +104,7 @@ def test_ctrl_c_keeps_a_readable_recording(tmp_path):
 def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path, monkeypatch):
     """HDF5 crashes on a write that fails, so none may."""
     free = iter([10**12] * 6)
-    monkeypatch.setattr("fesloop.experiment.running.trial._FLUSH_WALL_S", 0.0)
+    monkeypatch.setattr("fesloop.experiment.running._FLUSH_WALL_S", 0.0)
     monkeypatch.setattr("fesloop.experiment.recording.writing.free_bytes", lambda path: next(free, 10**6))
     result = run(fesloop.load(SMALL), tmp_path)
     assert result.status == "failed"
@@ -118,9 +118,9 @@ WRITES_TOO_MUCH = """
 import resource, sys
 import fesloop
 from fesloop.experiment.recording import writing as recording
-from fesloop.experiment.running import trial
+from fesloop.experiment import running
 from fesloop.errors import RunError
-trial._FLUSH_WALL_S = 0.0
+running._FLUSH_WALL_S = 0.0
 lengthen = recording.lengthen
 
 def with_room(path):

@@ -11,7 +11,7 @@ from toml_mutants import at
 
 from fesloop import load
 from fesloop.apps.cli import main
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 SMALL = Path(__file__).resolve().parents[1] / "small.toml"
 

@@ -12,7 +12,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.form import undamaged
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.rescue import rescued
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 STREAMS = ("blocks/controller", "blocks/tracker", "plants/patient", "inputs/patient/stimulation", "events")
 

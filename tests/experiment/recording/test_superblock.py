@@ -10,7 +10,7 @@ import pytest
 
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.rescue import checksum, mark_closed
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 _AT_ONCE_S = 120.0
 READ = """

@@ -12,7 +12,7 @@ import os, sys
 from pathlib import Path
 import numpy as np
 from loop_parts import Source
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.loop.record import Recorder
 from fesloop.loop.wiring import Node

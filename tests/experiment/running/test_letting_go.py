@@ -7,7 +7,7 @@ import pytest
 from fesloop.errors import RunError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
-from fesloop.experiment.running.trial import Experiment, run
+from fesloop.experiment.running import Experiment, run
 from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
 

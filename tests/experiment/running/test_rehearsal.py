@@ -6,8 +6,8 @@ from loop_parts import Sink
 
 import fesloop
 from fesloop.errors import InputError
-from fesloop.experiment.running import trial
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment import running
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
@@ -19,9 +19,9 @@ SHORT = ["experiment.duration_s=0.6"]
 def loops(monkeypatch):
     """Loops that rehearsals make, and no run."""
     made, under_way = [], []
-    rehearse = trial.Rehearsals.rehearse
+    rehearse = running.Rehearsals.rehearse
 
-    class Counted(trial.Loop):
+    class Counted(running.Loop):
         def __init__(self, *given, **named):
             if under_way:
                 made.append(given)
@@ -32,19 +32,19 @@ def loops(monkeypatch):
         rehearse(*given, **named)
         under_way.pop()
 
-    monkeypatch.setattr(trial, "Loop", Counted)
-    monkeypatch.setattr(trial.Rehearsals, "rehearse", rehearsed)
+    monkeypatch.setattr(running, "Loop", Counted)
+    monkeypatch.setattr(running.Rehearsals, "rehearse", rehearsed)
     return made
 
 
 def test_the_same_parts_are_rehearsed_once(loops, tmp_path):
     first, again = (fesloop.load("finger_pid_latency", [*SHORT, *more])
                     for more in ((), ("latency_ms=20",)))
-    rehearsals = trial.Rehearsals()
+    rehearsals = running.Rehearsals()
     for experiment in (first, first.with_seed(9), again):
-        trial.run(experiment, tmp_path, rehearsals=rehearsals)
+        running.run(experiment, tmp_path, rehearsals=rehearsals)
     assert len(loops) == 1
-    trial.run(first, tmp_path)
+    running.run(first, tmp_path)
     assert len(loops) == 2
 
 
@@ -54,9 +54,9 @@ def test_the_same_parts_are_rehearsed_once(loops, tmp_path):
     ([], True)])
 def test_where_the_wall_clock_counts_every_run_is_rehearsed(loops, tmp_path, settings, realtime):
     experiment = fesloop.load("finger_pid_latency", [*SHORT, *settings])
-    rehearsals = trial.Rehearsals()
+    rehearsals = running.Rehearsals()
     for count in (1, 2):
-        trial.run(experiment, tmp_path, realtime=realtime, rehearsals=rehearsals)
+        running.run(experiment, tmp_path, realtime=realtime, rehearsals=rehearsals)
         assert len(loops) == count
 
 
@@ -66,18 +66,19 @@ def test_where_the_wall_clock_counts_a_message_goes_all_the_way_round(
         loops, monkeypatch, realtime, latency_ms, longest_s, until_ms):
     """However long compiling takes: a run's first ticks would wait for what has not been called."""
     reached = []
-    monkeypatch.setattr(trial, "_LONGEST_WALL_S", longest_s)
-    monkeypatch.setattr(trial.Loop, "run_until", lambda loop, until_ns: reached.append(until_ns))
+    monkeypatch.setattr(running, "_LONGEST_WALL_S", longest_s)
+    monkeypatch.setattr(running.Loop, "run_until", lambda loop, until_ns: reached.append(until_ns))
     experiment = fesloop.load("finger_pid_latency", [*SHORT, f"latency_ms={latency_ms}"])
-    trial.Rehearsals().rehearse(experiment, realtime)
+    running.Rehearsals().rehearse(experiment, realtime)
     assert max(reached, default=0) == until_ms * 1_000_000
 
 
 def test_a_rehearsal_changes_no_run(loops, tmp_path):
     experiment = fesloop.load("finger_pid_latency", SHORT)
-    digests, rehearsals = set(), trial.Rehearsals()
+    digests, rehearsals = set(), running.Rehearsals()
     for _ in range(2):
-        with fesloop.Recording(trial.run(experiment, tmp_path, rehearsals=rehearsals).recording) as recording:
+        path = running.run(experiment, tmp_path, rehearsals=rehearsals).recording
+        with fesloop.Recording(path) as recording:
             digests.add(recording.digest())
     assert len(digests) == len(loops) == 1
 
@@ -90,23 +91,23 @@ def live_experiment(duration_s=0.3):
 
 def test_a_live_stream_is_rehearsed_with_its_stand_in(loops):
     experiment = live_experiment()
-    assert [str(node.clock) for node in trial.with_stand_ins(experiment.wiring).nodes] == ["100 Hz"] * 2
-    trial.Rehearsals().rehearse(experiment, realtime=True)
+    assert [str(node.clock) for node in running.with_stand_ins(experiment.wiring).nodes] == ["100 Hz"] * 2
+    running.Rehearsals().rehearse(experiment, realtime=True)
     (given,) = loops
     assert [type(node.part) for node in given[0].nodes] == [StandIn, Sink]
     plain = fesloop.load("finger_pid_latency", SHORT).wiring
-    assert trial.with_stand_ins(plain) is plain
+    assert running.with_stand_ins(plain) is plain
 
 
 @pytest.mark.slow
 def test_what_is_to_be_heard_is_looked_for_before_the_rehearsal(monkeypatch, tmp_path):
     """It takes a while where kernels are yet to be compiled, and a mistyped name can be told at once."""
     done = []
-    monkeypatch.setattr(trial.Rehearsals, "rehearse", lambda *_: done.append("rehearse"))
+    monkeypatch.setattr(running.Rehearsals, "rehearse", lambda *_: done.append("rehearse"))
     monkeypatch.setattr(Stream, "seek", lambda self: done.append("seek"), raising=False)
     monkeypatch.setattr(Stream, "init", lambda self, context: done.append("init") or Log())
     monkeypatch.setattr(Stream, "waiting", lambda self, state: None)
-    trial.run(live_experiment(duration_s=0.02), tmp_path, realtime=True)
+    running.run(live_experiment(duration_s=0.02), tmp_path, realtime=True)
     assert done == ["seek", "rehearse", "init"]
 
 
@@ -116,7 +117,7 @@ def test_a_device_without_a_stand_in_is_not_rehearsed(loops):
             """Let go."""
 
     node = Node("device", Device(clock=RateClock.from_rate("100")))
-    trial.Rehearsals().rehearse(Experiment(name="device", nodes=(node,), duration_s=1.0), realtime=True)
+    running.Rehearsals().rehearse(Experiment(name="device", nodes=(node,), duration_s=1.0), realtime=True)
     assert not loops
 
 

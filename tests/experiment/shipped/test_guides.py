@@ -17,10 +17,10 @@ import fesloop
 from fesloop.analysis.study.design.study_file import read_study
 from fesloop.apps.cli.parser import make_parser
 from fesloop.errors import InputError
+from fesloop.experiment import running
 from fesloop.experiment.files.layout import RUN, guide_of
 from fesloop.experiment.files.parse import from_document, read
 from fesloop.experiment.files.source import shipped
-from fesloop.experiment.running import trial
 from fesloop.loop.realtime import is_live
 from plants.myohand import model
 
@@ -82,7 +82,7 @@ def test_a_live_stream_needs_its_library(bare, tmp_path):
     assert [name for name, guide in GUIDES.items() if "a live stream" in guide.needs] == ["hil_live"]
     assert "lsl" in extras(GUIDES["hil_live"].needs)
     with pytest.raises(InputError, match=r"fesloop\[lsl\]"):
-        trial.run(fesloop.load("hil_live"), tmp_path, realtime=True)
+        running.run(fesloop.load("hil_live"), tmp_path, realtime=True)
 
 
 @pytest.mark.parametrize(("name", "setting", "need"), [
@@ -91,7 +91,7 @@ def test_a_live_stream_needs_its_library(bare, tmp_path):
 def test_a_setting_that_needs_an_extra_says_which(name, setting, need, bare, tmp_path):
     """When it is loaded; a device, which may be absent then, when the run begins."""
     with pytest.raises(InputError, match=rf"fesloop\[{need.removeprefix('extra ')}\]"):
-        trial.run(fesloop.load(name, [setting]), tmp_path, realtime=True)
+        running.run(fesloop.load(name, [setting]), tmp_path, realtime=True)
 
 
 def options(document, variant):

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ import pytest
 from view_parts import serving
 
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 from fesloop.show.view.sources import open_recording
 
 GRASP = str(Path(__file__).parents[2] / "picture" / "grasp.toml")

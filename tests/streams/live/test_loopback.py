@@ -16,7 +16,7 @@ from streams_live_parts import present, tick_at
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import Sample

@@ -11,7 +11,7 @@ from fesloop.analysis.study.engine.preparing import meanwhile
 from fesloop.analysis.study.engine.worker import experiment_of
 from fesloop.errors import InputErrors
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 
 
 def planned(study):

@@ -24,7 +24,7 @@ from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.registry import identifier
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running import run
 from fesloop.loop.machine import one_blas_thread
 
 LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"

@@ -15,7 +15,7 @@ from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.files.parse import from_document, read
 from fesloop.experiment.files.settings import apply_settings
 from fesloop.experiment.files.variants import pick
-from fesloop.experiment.running.trial import Experiment
+from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.realtime import is_live
 

@@ -20,7 +20,7 @@ from fesloop.analysis.study.engine.worker import NO_ROOM, experiment_of, failure
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError, where_it_broke
 from fesloop.experiment.registry import identifier
-from fesloop.experiment.running.trial import Experiment, run
+from fesloop.experiment.running import Experiment, run
 from fesloop.forms.toml import toml_value
 from fesloop.loop.machine import one_blas_thread
 

@@ -24,7 +24,7 @@ from fesloop.analysis.study.design.study import KeptMetric
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, where_it_broke
 from fesloop.experiment.files.parse import from_document
-from fesloop.experiment.running.trial import Experiment, Rehearsals, run
+from fesloop.experiment.running import Experiment, Rehearsals, run
 from fesloop.loop.machine import one_blas_thread
 
 NO_ROOM = "no room"
