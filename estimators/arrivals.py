@@ -49,10 +49,9 @@ def inspect(vectors: Any, limit: float, zero_is_lost: bool, codes: Any) -> int:
 
 @compiled
 def inspect_kinds(
-    gyr: Any, acc: Any, mag: Any, kinds: int, silent: int, limits: Any, read: Any, stuck: Any,
-    stuck_limit: int, codes: Any
+    samples: Any, kinds: int, silent: int, limits: Any, read: Any, stuck: Any, stuck_limit: int, codes: Any
 ) -> bool:
-    """Fill `codes` (3, n) with the fault codes of samples (n, 3); return whether there is a fault.
+    """Fill `codes` (3, n) with the fault codes of `samples` (3, n, 3); return whether there is a fault.
 
     Parameters
     ----------
@@ -62,14 +61,12 @@ def inspect_kinds(
     stuck: (n,), as in `compare`; from `stuck_limit` on a sensor is frozen.
     """
     codes[:] = 0
-    inspect(gyr, limits[0], False, codes[0])
-    inspect(acc, limits[1], True, codes[1])
-    if kinds > 2:
-        inspect(mag, limits[2], True, codes[2])
+    for kind in range(kinds):
+        inspect(samples[kind], limits[kind], kind > 0, codes[kind])
     wrong = False
     for s in range(codes.shape[1]):
         frozen = stuck[s] >= stuck_limit
-        rate = abs(gyr[s, 0]) + abs(gyr[s, 1]) + abs(gyr[s, 2])
+        rate = abs(samples[0, s, 0]) + abs(samples[0, s, 1]) + abs(samples[0, s, 2])
         # Zeros of both are the value of a port before the first message.
         if codes[1, s] & LOST and rate == 0.0:
             codes[0, s] |= LOST
@@ -122,6 +119,7 @@ class Arrivals:
     Attributes
     ----------
     codes: (3, n), LOST and CLIPPED of each kind at the newest tick.
+    samples: (3, n, 3), newest samples of each kind; without magnetometers the last are the second.
     sound: whether no sample is lost.
     period_s: period of the gyroscopes.
     newest_ns: capture of the newest sample of each kind; -1 before the first.
@@ -134,18 +132,18 @@ class Arrivals:
     read: (n,), mask of the magnetometers in use; None: all.
     """
 
-    __slots__ = ("_before", "_limits", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck",
-                 "_stuck_limit", "_troubled", "codes", "newest_ns", "period_s", "sound")
+    __slots__ = ("_limits", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck", "_stuck_limit",
+                 "_troubled", "codes", "newest_ns", "period_s", "samples", "sound")
 
     def __init__(
         self, sensors: int, limits: Sequence[float], period_s: float, read: NDArray[np.bool_] | None = None
     ) -> None:
         self.codes = np.zeros((3, sensors), dtype=np.uint8)
+        self.samples = np.zeros((3, sensors, 3))
         self.sound = True
         self.period_s, self.newest_ns = period_s, [-1, -1, -1]
         self._limits = np.array(limits)
         self._read = np.ones(sensors, dtype=np.bool_) if read is None else read.copy()
-        self._before = np.zeros((3, sensors, 3))
         self._stuck = np.zeros(sensors, dtype=np.int64)
         self._stuck_limit = max(_FROZEN_SAMPLES, math.ceil(_FROZEN_S / period_s))
         self._new_at_ns = [0, 0, 0]
@@ -164,7 +162,7 @@ class Arrivals:
         """
         gyr, acc, mag = samples[0].value, samples[1].value, samples[-1].value
         later = samples[0].newest_ns > self.newest_ns[0]
-        changed = compare(gyr, acc, mag, later, self._before, self._stuck)
+        changed = compare(gyr, acc, mag, later, self.samples, self._stuck)
         turned = later and changed & GYR
         elapsed, silent = [0.0, 0.0, 0.0], 0
         for kind, sample in enumerate(samples):
@@ -183,7 +181,7 @@ class Arrivals:
             reached = self._reached_ns or self._new_at_ns[0]
             elapsed[0] = (tick.time_ns - reached) / NS_PER_S
             self._reached_ns = tick.time_ns
-        wrong = inspect_kinds(gyr, acc, mag, len(samples), silent, self._limits, self._read, self._stuck,
+        wrong = inspect_kinds(self.samples, len(samples), silent, self._limits, self._read, self._stuck,
                               self._stuck_limit, self.codes)
         self.sound = not (wrong and (self.codes & LOST).any())
         if wrong or repeated or self._troubled:

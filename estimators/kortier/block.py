@@ -32,7 +32,7 @@ from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock, StampClock
-from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
+from fesloop.loop.signals import Port, Sample, Sensors, Value
 
 _UNKNOWN = STANDARD_GRAVITY
 """Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
@@ -157,7 +157,6 @@ class KortierTracker:
     body: Body | None = field(init=False, repr=False, default=None)
     worn: Worn | None = field(init=False, repr=False, default=None)
     settings: Settings = field(init=False, repr=False)
-    no_field: Sample = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.sensors < 0:
@@ -172,10 +171,7 @@ class KortierTracker:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise InputError(name, f"{value}", "a finite number, zero or more")
-        no_field = np.zeros((self.sensors, 3))
-        no_field.flags.writeable = False
         object.__setattr__(self, "settings", self._settings())
-        object.__setattr__(self, "no_field", Sample(no_field, NEVER, NEVER, NEVER))
         if self.sensors:
             segments = self.segments if self._lengths_known() else CHAIN5
             body = body_of(self.sensors, self.hand, segments, self.sensed)
@@ -223,14 +219,13 @@ class KortierTracker:
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Process the samples of a tick."""
-        gyr, acc, mag = (*inputs, self.no_field)[:3]
         arrivals, motion = state.arrivals, state.hands.motion
         body, worn = self._wearer()
-        elapsed = arrivals.note(inputs if mag.present else inputs[:2], tick)
+        elapsed = arrivals.note(inputs if inputs[-1].present else inputs[:2], tick)
         angles, tips = np.empty((2, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
         posture = Posture(np.empty((self.sensors, 4)), angles, tips)
         joints = track(
-            gyr.value, acc.value, mag.value, arrivals.codes, elapsed, arrivals.period_s, worn, self.settings,
+            arrivals.samples, arrivals.codes, elapsed, arrivals.period_s, worn, self.settings,
             state.hands, state.filters, state.moment, posture)
         if joints or state.unseen is None:
             seen = state.filters.seen

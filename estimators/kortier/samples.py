@@ -84,9 +84,9 @@ def repeats(error_time_s: float, elapsed_s: float) -> float:
 
 @compiled
 def take(
-    gyr: Any, acc: Any, mag: Any, codes: Any, elapsed: Any, period: float, trust: Trust, moment: Moment
+    samples: Any, codes: Any, elapsed: Any, period: float, trust: Trust, moment: Moment
 ) -> None:
-    """Update a moment with the samples (n, 3) of a tick.
+    """Update a moment with the samples of a tick.
 
     A rate is the mean of a sample and the one before it. An accelerometer's variance grows by the
     acceleration that rate and change of rate cause at `lever_m`. The paper uses the rate alone (eq. 28),
@@ -94,10 +94,12 @@ def take(
 
     Parameters
     ----------
-    codes: (3, n), as in Arrivals. elapsed: as Arrivals.note returns it.
+    samples: (3, n, 3), rad/s, m/s^2, T, and codes: (3, n), as in Arrivals.
+    elapsed: as Arrivals.note returns it.
     period: of the gyroscopes, s; the excess of a longer step is a gap with unknown rate.
     """
     dt = elapsed[0]
+    gyr, acc, mag = samples[0], samples[1], samples[2]
     for s in range(gyr.shape[0]):
         lost = codes[0, s] & LOST
         speed, change = 0.0, 0.0

@@ -237,17 +237,17 @@ def worn_by(body: Body, base: int) -> Worn:
 
 @compiled
 def track(
-    gyr: Any, acc: Any, mag: Any, codes: Any, elapsed: Any, period: float, worn: Worn, settings: Settings,
-    hands: HandFilter, filters: Filters, moment: Moment, posture: Posture
+    samples: Any, codes: Any, elapsed: Any, period: float, worn: Worn, settings: Settings, hands: HandFilter,
+    filters: Filters, moment: Moment, posture: Posture
 ) -> Any:
     """Process one tick and fill `posture`; return whether any joint was lost or found again.
 
     Parameters
     ----------
-    gyr, acc, mag: (n, 3), rad/s, m/s^2, T. codes, elapsed, period: as in `estimators.kortier.samples.take`.
+    samples, codes, elapsed, period: as in `estimators.kortier.samples.take`.
     """
     trust, gates, own = settings
-    take(gyr, acc, mag, codes, elapsed, period, trust, moment)
+    take(samples, codes, elapsed, period, trust, moment)
     track_hands(hands, worn.held_sensors, moment, elapsed, gates, own)
     joints = track_chains(worn.chains, filters, moment, elapsed, gates)
     relative = np.empty((worn.layout.shape[0], 4))

@@ -269,6 +269,7 @@ def measure(
 
 
 _NOTHING = np.empty(0)
+_NOTHING.flags.writeable = False
 
 
 class ImusState:
@@ -567,13 +568,17 @@ class Imus:
         begins, stays = transition_probabilities(self.loss, self.burst_samples)
         tremor, artefacts = self.tremor or Tremor(), self.artefacts or PulseArtefacts()
         components = tremor.components(device.seed, device.name, trial)
+
+        def of_worn(each: Any) -> Array:
+            return np.ascontiguousarray(np.asarray(each)[:, rows])
+
         return Sensors(
             kinds=np.array([KINDS.index(kind) for kind in kinds]), sites=rows, present=present,
-            matrices=np.stack([matrices @ mounting for matrices, _ in triads])[:, rows],
-            constants=np.stack([bias for _, bias in triads])[:, rows], errors=sizes,
+            matrices=of_worn([matrices @ mounting for matrices, _ in triads]),
+            constants=of_worn([bias for _, bias in triads]), errors=sizes,
             columns=noise_columns(sizes, [KINDS.index(kind) for kind in kinds], rows.size),
-            spikes=artefacts.directed(device.seed, device.name, every)[:, rows] * bool(self.artefacts),
-            axes=axes(device.seed, device.name, every)[:, rows],
+            spikes=of_worn(artefacts.directed(device.seed, device.name, every)) * bool(self.artefacts),
+            axes=of_worn(axes(device.seed, device.name, every)),
             tissue=self.soft_tissue.coefficients() if self.soft_tissue else NO_TISSUE,
             tremor=tremor.size(), components=components if self.tremor else np.empty((3, 0)),
             losing=np.array([begins, stays]))

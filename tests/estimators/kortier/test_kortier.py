@@ -177,7 +177,7 @@ def test_a_step_with_a_gap_is_believed_as_far_as_an_unknown_rate_can_have_turned
                   error_time_s=0.0)
     moment, sample, sound = no_moment(1), np.full((1, 3), 0.5), np.zeros((3, 1), np.uint8)
     for dt in (period, periods * period):
-        take(sample, sample, sample, sound, np.array([dt, dt, dt]), period, trust, moment)
+        take(np.stack([sample] * 3), sound, np.array([dt, dt, dt]), period, trust, moment)
     angle_sd = np.sqrt(moment.gyr_variance[0] - trust.gyr_sd**2) * dt
     assert angle_sd == pytest.approx(lost_sd * max(0.0, dt - 1.5 * period), abs=1e-9)
     assert moment.rates[0].tolist() == [0.5] * 3

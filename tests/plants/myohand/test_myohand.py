@@ -219,7 +219,7 @@ def test_fibres_lengthen_as_the_tendons_do(moving):
 @pytest.mark.parametrize(("change", "text"), [
     ({"hand": HandSize(side="left")}, "right one, 178 mm"), ({"hand": HandSize(hand_mm=170.0)}, "right one"),
     ({"strength": (1.0,)}, "strength"), ({"rest_deg": {"F2_pip": 1.0}}, "F2_pip"),
-    ({"start_deg": {"F2_mcp_flexion": -40.0}}, r"start_deg.F2_mcp_flexion: -40; .*near: -3"),
+    ({"start_deg": {"F2_mcp_flexion": -40.0}}, r"start_deg.F2_mcp_flexion: -40; .*such as -3 deg"),
     ({"splint_deg": {"F1_cmc_pronation": 90.0}}, "no joint"), ({"as_shipped": ("inertias",)}, "inertia"),
     ({"splint_deg": {"F3_pip_flexion": 140.0}}, r"splint_deg.F3_pip_flexion: 140"),
     ({"start_deg": {"F3_pip_flexion": float("nan")}}, "nan"),
