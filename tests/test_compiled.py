@@ -40,6 +40,7 @@ def answer(package):
     return tuple(map(int, done.stdout.split()))
 
 
+@pytest.mark.slow
 def test_a_compiled_function_is_kept_between_processes(package):
     assert [answer(package), answer(package)] == [(20, 0), (20, 1)]
 
@@ -54,6 +55,7 @@ def test_a_change_of_any_file_that_it_depends_on_compiles_it_anew(package, name,
     assert answer(package) == (value, 0)
 
 
+@pytest.mark.slow
 def test_other_files_and_times_of_files_do_not(package):
     answer(package)
     (package / "aside.py").write_text("UNUSED = 2\n")

@@ -47,6 +47,7 @@ def test_no_placeholder_is_printed_and_every_word_is_one(name, recording, played
             assert (f"blocks.recording.layout={layout}" in words) is bool(layout)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("experiment", ["hil_replay", "replay"])
 @pytest.mark.parametrize("with_layout", [True, False])
 def test_what_a_run_of_a_recording_suggests_runs_as_printed(experiment, with_layout, tmp_path, capsys,

@@ -34,6 +34,7 @@ def test_a_delay_that_is_not_the_wires_is_named_with_what_to_set(control, told_m
         assert ("may diverge" in detail) == (control == "ilc")
 
 
+@pytest.mark.slow
 def test_check_and_the_trials_themselves_agree_that_the_law_diverges(tmp_path):
     linear = "recruitment_curve=linear"
     late = ["control=ilc", "tracker=ideal", "experiment.trials=10", f"{ACTUATION}=150",

@@ -42,6 +42,7 @@ def scores(path, tracker, heading, sensor_set=None):
     return score_recording(recording, times, orientation, heading)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trial", BROAD)
 @pytest.mark.parametrize(("tracker", "heading", "key"), BOTH)
 def test_broad_within_a_tenth_of_a_bare_batch_run(recordings, trial, tracker, heading, key):

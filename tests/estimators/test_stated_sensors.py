@@ -72,6 +72,7 @@ def test_angles_are_those_of_the_pairs_that_a_layout_states(tmp_path, tree, expe
     np.testing.assert_allclose(seen[-50:].mean(axis=0), true, atol=2.0)
 
 
+@pytest.mark.slow
 @given(tree=trees(least=3), chosen=st.data(), kind=st.sampled_from(["vqf", "vqf9"]))
 @settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_pairs_of_a_tracker_are_of_those_that_a_layout_states_or_are_refused(tmp_path, tree, chosen, kind):
@@ -138,6 +139,7 @@ def test_sensors_named_after_segments_hang_as_the_hand_does_in_every_tracker(tmp
         load("replay", [*given_, f"tracker={kind}", *extra, f"blocks.tracker.sensed={turned}"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["constrained", "kortier"])
 def test_five_sensors_are_a_chain_only_where_that_is_stated(tmp_path, kind):
     settings_given = [f"tracker={kind}"] + ["blocks.tracker.magnetometers=false"] * (kind == "kortier")

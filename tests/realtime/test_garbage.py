@@ -38,6 +38,7 @@ def at_once(monkeypatch):
     monkeypatch.setattr(garbage, "_OFTEN_NS", 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("enabled", [True, False])
 def test_everything_is_afterwards_as_before(enabled, nothing_frozen):
     was = gc.isenabled()
@@ -117,6 +118,7 @@ def test_without_leisure_they_are_collected_in_the_end(at_once, monkeypatch):
         assert made() is None
 
 
+@pytest.mark.slow
 def test_a_second_passes_between_two_collections():
     with Garbage() as kept_back:
         for _ in range(5):

@@ -42,6 +42,7 @@ def test_right_rates_are_never_doubted(seed, rate, turning, shaking):
         assert {each.verdict for each in found} == {"agrees"}
 
 
+@pytest.mark.slow
 @given(seed=SEEDS, number=st.integers(1, 47))
 @settings(max_examples=2, deadline=None)
 def test_every_order_and_sign_of_axes_is_found(seed, number):
@@ -152,6 +153,7 @@ def test_motion_about_one_axis_leaves_the_others_open_and_the_simplest_is_named(
     np.testing.assert_array_equal(found.axes, np.eye(3)[[2, 1, 0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "sensors"), PUBLISHED)
 def test_no_published_recording_is_doubted(name, sensors):
     if not (RECORDINGS / name).is_file():

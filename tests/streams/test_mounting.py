@@ -133,6 +133,7 @@ def test_axes_that_are_no_frame_are_refused(tmp_path, capsys, axes, why):
     assert "F2p" in told
 
 
+@pytest.mark.slow
 def test_a_stream_says_what_import_says(tmp_path, capsys, monkeypatch):
     gyr, acc = (samples @ TURNS["cyclic"][0].T for samples in finger(3))
     gyr[:, 0] = np.clip(gyr[:, 0], -1.0, 1.0)

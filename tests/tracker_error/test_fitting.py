@@ -81,6 +81,7 @@ def test_a_recording_is_opened_as_the_settings_say(tmp_path):
         assert (blocks["recording"]["recording"], blocks["tracker"]["kind"]) == (str(path), tracker)
 
 
+@pytest.mark.slow
 def test_the_wrist_errs_as_the_process_says(recordings):
     found = fit_error(str(recordings / "wrist" / "circle-250.npz"))
     judged, = found.judgements
@@ -98,6 +99,7 @@ def test_what_estimates_lead_by_is_told_in_ms(recordings, monkeypatch):
     assert fit_error(str(recordings / "wrist" / "circle-250.npz")).ahead_ms == pytest.approx(12.0)
 
 
+@pytest.mark.slow
 def test_the_second_half_tells_the_process_nothing(recordings):
     """With what comes after the middle replaced by the reference's own mirror, the process stays as it is."""
     path = recordings / "wrist" / "circle-250.npz"
@@ -144,6 +146,7 @@ def test_of_a_replay_no_tracking_error_is_claimed(recordings, tmp_path):
                                        "joint_angle_rmse_deg", "flexion_axis_share", "step_us"}
 
 
+@pytest.mark.slow
 def test_hil_replay_takes_one_joint_of_a_whole_body_and_records_its_commands(recordings, tmp_path):
     path = recordings / "body16" / "qmt_full_body_example_data.mat"
     settings = [f"recording={path}", "pairs=[[14, 13]]", "blocks.recording.duration_s=6"]

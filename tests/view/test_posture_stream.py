@@ -48,6 +48,7 @@ def test_the_newest_sample_is_shown(outlet):
         stream.close()
 
 
+@pytest.mark.slow
 def test_it_says_how_old_the_newest_sample_is(outlet):
     stream = PostureStream(NAME)
     try:

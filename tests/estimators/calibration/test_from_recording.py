@@ -106,6 +106,7 @@ def test_centre_clock_and_frame_of_markers(folder, tmp_path):
     assert rows[0, 0] == pytest.approx(LATE_S + clock.offset_s)
 
 
+@pytest.mark.slow
 def test_a_reference_shows_rotations_and_its_delay(recordings):
     # The stamps of this reference are about 16 ms late: half a sample of its 30 Hz.
     found = calibrate_recording(str(recordings / "chain5" / "trial1.npz"))

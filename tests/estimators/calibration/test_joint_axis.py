@@ -61,6 +61,7 @@ def test_the_same_minimum_as_the_authors_program(seed):
     assert off_deg(hinge_axes(gyr, acc, HingeFit(robust=False)).axes, theirs).max() < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sensors", "axis"), [
     ((1, 2), 0), *(pytest.param(*row, marks=pytest.mark.slow) for row in (((2, 3), 1), ((3, 4), 2)))])
 def test_the_recorded_chain(recordings, sensors, axis):

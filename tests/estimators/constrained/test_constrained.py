@@ -305,6 +305,7 @@ def hand_samples(sensed, ticks, seed=0):
     return np.ascontiguousarray(gyr[:, rows]), np.ascontiguousarray(acc[:, rows]), angles
 
 
+@pytest.mark.slow
 def test_a_strip_left_off_is_unseen_and_the_other_fingers_are_as_before():
     strip = tuple(name for name in NAMES if not name.startswith("F3"))
     whole, _, _ = run_tracker(ConstrainedTracker(sensors=17), *hand_samples(NAMES, 300)[:2])

@@ -202,6 +202,7 @@ def test_broad_as_qmt(recordings, trial):
         assert ours[part] == pytest.approx(value, rel=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trial", BROAD)
 def test_broad_as_qmt_once_did(recordings, trial):
     ours = broad_scores(*of_broad(recordings, trial))

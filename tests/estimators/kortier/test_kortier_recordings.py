@@ -31,6 +31,7 @@ def rmse(score, pair):
 PUBLISHED = [("rigid", 5.30, 6.6), ("nonrigid", 8.22, 9.95)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sensor_set", "hinges", "saddles"), PUBLISHED)
 def test_chain5_is_followed_better_than_by_the_published_batch(recordings, sensor_set, hinges, saddles):
     recording = open_recording(str(recordings / "chain5" / "trial1.npz"), sensor_set)

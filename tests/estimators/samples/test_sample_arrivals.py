@@ -116,7 +116,8 @@ def test_codes_tell_kinds_apart_and_plain_python_agrees():
     found = []
     for kernel in (inspect_kinds, inspect_kinds.py_func):
         codes, nothing = np.zeros((3, 3), dtype=np.uint8), np.zeros(3, dtype=np.int64)
-        assert kernel(np.stack([gyr, acc, mag]), 3, 0, np.array(LIMITS), np.ones(3, dtype=bool), nothing, 9, codes)
+        samples, read = np.stack([gyr, acc, mag]), np.ones(3, dtype=bool)
+        assert kernel(samples, 3, 0, np.array(LIMITS), read, nothing, 9, codes)
         found.append(codes.tolist())
     # Zeros of gyroscope and accelerometer together are what stands in a port before the first message.
     assert found[0] == found[1] == [[LOST, LOST, 0], [0, LOST, CLIPPED], [0, 0, LOST]]

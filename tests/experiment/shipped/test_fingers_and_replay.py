@@ -76,6 +76,7 @@ def test_replay_of_wrist_keeps_the_angle_between_the_segments(recordings, tmp_pa
     assert result.metrics["relative_angle_rmse_deg"]["radius-carpus"] <= 1.7
 
 
+@pytest.mark.slow
 def test_replay_of_body16_carries_16_streams_and_times_the_tracker(recordings, tmp_path):
     path = recordings / "body16" / "qmt_full_body_example_data.mat"
     result = fesloop.load("replay", [f"recording={path}"]).run(tmp_path)

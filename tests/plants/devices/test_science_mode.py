@@ -75,6 +75,7 @@ def test_packet_numbers_that_the_library_garbles_are_passed_over():
     assert {line._next_number() for _ in range(600)} == sound
 
 
+@pytest.mark.slow
 def test_the_librarys_own_client_gets_on_with_the_peer(tmp_path):
     script = """
 import sys
@@ -206,6 +207,7 @@ def test_a_device_that_says_nothing_but_rubbish_is_given_up_in_time(flooded):
     assert port.reads_s[-1] < 100.05 + 0.0015
 
 
+@pytest.mark.slow
 def test_a_slow_device_is_waited_for(tmp_path):
     with parts.device(tmp_path) as device, parts.kept("science_mode", device.port) as kept:
         device.go_wrong("slow 20")

@@ -238,6 +238,7 @@ def test_start_values_reach_the_fmu(finger_fmu):
     np.testing.assert_allclose(angles[1], 2.0 * angles[0], rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rate", "substeps", "fits"), [
     ("1000", 5, True), ("80", 5, False), ("80", 100, True)])
 def test_model_exchange_with_substeps_too_long_is_refused(finger_fmu, rate, substeps, fits):

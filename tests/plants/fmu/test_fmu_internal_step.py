@@ -87,6 +87,7 @@ def test_an_internal_step_that_is_longer_is_refused(fmus, kind, rate, longer):
     assert step_s == pytest.approx(internal_s, rel=1e-9 if kind != KINDS[0] else 0.05)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(kind=st.sampled_from(KINDS[1:3]), rate=RATES, ratio=st.fractions(1, 6, max_denominator=5))
 def test_an_fmu_that_says_what_it_reached_may_not_fall_short(fmus, kind, rate, ratio):

@@ -122,6 +122,7 @@ def test_gyroscopes_at_200_and_the_rest_at_100_hz_of_one_device():
     np.testing.assert_array_equal(column(recorder, "rest", 0), column(recorder, "all", 1))
 
 
+@pytest.mark.slow
 def test_a_clock_that_is_late_and_drifts_is_the_nodes_offset_and_rate():
     """2000 ppm fast, 3 ms late: each sample is of the instant that its stamp says."""
     imus = Imus(preset="ideal", measures=("gyr",), sites=("hand",))

@@ -101,10 +101,11 @@ json.dump(found, open("found.json", "w"))
 """
 
 
+@pytest.mark.slow
 def test_opensim_reads_both(tmp_path):
     """In a process and a folder of its own, as it writes a log where it is."""
     if importlib.util.find_spec("opensim") is None:
-        pytest.skip("OpenSim is not installed, which pip install 'fesloop[test]' does on Linux")
+        pytest.skip("OpenSim is not installed, which pip install 'fesloop[dev]' does on Linux")
     run = hand_run(tmp_path)
     files = [export(run, kind, tmp_path / f"out.{kind}").path for kind in ("mot", "sto")]
     subprocess.run([sys.executable, "-c", BY_OPENSIM, *files], cwd=tmp_path, check=True, capture_output=True)

@@ -69,6 +69,7 @@ def test_any_number_of_workers_gives_the_same_results(crossed, tmp_path, workers
     assert load(run_study(study, tmp_path, workers=workers).store).digest() == results.digest()
 
 
+@pytest.mark.slow
 def test_any_order_of_runs_gives_the_same_results(crossed, address, tmp_path, monkeypatch):
     study, results = crossed
     in_order = running.tasks_of
@@ -294,6 +295,7 @@ class LosesOnce:
         return dict.fromkeys(futures) if self.fetched == 1 else self._client.gather(futures, errors=errors)
 
 
+@pytest.mark.slow
 def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(address):
     with connected(None, address) as client:
         losing = LosesOnce(client)
