@@ -30,6 +30,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 from estimators.body.body import ALIGNED_PORT, Body, posture_ports, stated_by, worn_as_stated
 from estimators.calibration.initial_pose import InitialPoseLimits
@@ -54,7 +55,47 @@ _USUAL_LIMITS = InitialPoseLimits()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SalchowB:
+class _Tracker:
+    """Parameters and members that the three methods share."""
+
+    sensors: int = 0
+    hand: HandSize = _USUAL
+    sensed: tuple[str, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    front_end: FrontEndName = "vqf"
+    tau_acc_s: float | None = None
+    acc_every: int = 1
+    mounting_sd_deg: float = 5.0
+    untracked_deg_s: float = 120.0
+    gap_ms: float = 100.0
+    gyr_range_deg_s: float = 2000.0
+    acc_range_g: float = 16.0
+    body: Body | None = field(init=False, repr=False, default=None)
+
+    def __post_init__(self) -> None:
+        require_parameters(self)
+        object.__setattr__(self, "body", worn_by(self))
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd and aligned."""
+        return *posture_ports(self.body, self.sensors), ALIGNED_PORT
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Self:
+        """The tracker for the number of wired sensors."""
+        return replace(self, sensors=shapes["gyr"][0])
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> Self:
+        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
+        return worn_as_stated(self, stated_by(sources))
+
+    def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Process one sample of every sensor."""
+        return track(state, wired(self.body), inputs, tick)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SalchowB(_Tracker):
     """Posture of a hand from 9-axis sensors fused separately: method B of Salchow-Hoemmen et al. 2019.
 
     Attributes
@@ -78,57 +119,22 @@ class SalchowB:
     gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
 
-    sensors: int = 0
-    hand: HandSize = _USUAL
-    sensed: tuple[str, ...] = ()
-    segments: tuple[Segment, ...] = ()
-    front_end: FrontEndName = "vqf"
-    tau_acc_s: float | None = None
     tau_mag_s: float | None = None
-    acc_every: int = 1
     mag_every: int = 1
-    mounting_sd_deg: float = 5.0
     heading_sd_deg: float = 10.0
-    untracked_deg_s: float = 120.0
-    gap_ms: float = 100.0
-    gyr_range_deg_s: float = 2000.0
-    acc_range_g: float = 16.0
-    body: Body | None = field(init=False, repr=False, default=None)
-
-    def __post_init__(self) -> None:
-        require_parameters(self)
-        object.__setattr__(self, "body", worn_by(self))
 
     @property
     def inputs(self) -> tuple[Port, ...]:
         """Ports gyr, acc and mag."""
         return sample_ports(self.sensors, magnetometer=True)
 
-    @property
-    def outputs(self) -> tuple[Port, ...]:
-        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd and aligned."""
-        return *posture_ports(self.body, self.sensors), ALIGNED_PORT
-
-    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowB:
-        """The tracker for the number of wired sensors."""
-        return replace(self, sensors=shapes["gyr"][0])
-
-    def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowB:
-        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
-        return worn_as_stated(self, stated_by(sources))
-
     def init(self, context: Context) -> SalchowState:
         """Create filters in their initial state."""
         return start(wired(self.body), method_of(self, magnetometer=True), context)
 
-    def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Process one sample of every sensor."""
-        return track(state, wired(self.body), inputs, tick)
-
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SalchowM1:
+class SalchowM1(_Tracker):
     """Posture of a hand by method M1 of Salchow-Hoemmen et al. 2019: B, an initial pose, joint constraints.
 
     During the initial pose, reported as "aligning", the outputs are the known pose; "aligned" reports its
@@ -146,29 +152,12 @@ class SalchowM1:
     pose_limits: limits of the sensors' readings in the pose.
     """
 
-    sensors: int = 0
-    hand: HandSize = _USUAL
-    sensed: tuple[str, ...] = ()
-    segments: tuple[Segment, ...] = ()
-    front_end: FrontEndName = "vqf"
-    tau_acc_s: float | None = None
     tau_mag_s: float | None = None
-    acc_every: int = 1
     mag_every: int = 1
     initial_pose_s: float = 3.0
     initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
     pose_limits: InitialPoseLimits = _USUAL_LIMITS
-    mounting_sd_deg: float = 5.0
     heading_sd_deg: float = 10.0
-    untracked_deg_s: float = 120.0
-    gap_ms: float = 100.0
-    gyr_range_deg_s: float = 2000.0
-    acc_range_g: float = 16.0
-    body: Body | None = field(init=False, repr=False, default=None)
-
-    def __post_init__(self) -> None:
-        require_parameters(self)
-        object.__setattr__(self, "body", worn_by(self))
 
     @property
     def needs_stillness(self) -> str:
@@ -180,31 +169,13 @@ class SalchowM1:
         """Ports gyr, acc and mag."""
         return sample_ports(self.sensors, magnetometer=True)
 
-    @property
-    def outputs(self) -> tuple[Port, ...]:
-        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd and aligned."""
-        return *posture_ports(self.body, self.sensors), ALIGNED_PORT
-
-    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM1:
-        """The tracker for the number of wired sensors."""
-        return replace(self, sensors=shapes["gyr"][0])
-
-    def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowM1:
-        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
-        return worn_as_stated(self, stated_by(sources))
-
     def init(self, context: Context) -> SalchowState:
         """Create filters in their initial state, before the initial pose."""
         return start(wired(self.body), method_of(self, magnetometer=True), context)
 
-    def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Process one sample of every sensor."""
-        return track(state, wired(self.body), inputs, tick)
-
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SalchowM2:
+class SalchowM2(_Tracker):
     """Posture of a hand by method M2 of Salchow-Hoemmen et al. 2019: M1 without magnetometers.
 
     It works as SalchowM1. Nothing corrects a heading after the initial pose: it drifts with the residual bias
@@ -219,27 +190,10 @@ class SalchowM2:
         within an instability of 10 deg/h, usual for MEMS).
     """
 
-    sensors: int = 0
-    hand: HandSize = _USUAL
-    sensed: tuple[str, ...] = ()
-    segments: tuple[Segment, ...] = ()
-    front_end: FrontEndName = "vqf"
-    tau_acc_s: float | None = None
-    acc_every: int = 1
     initial_pose_s: float = 3.0
     initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
     pose_limits: InitialPoseLimits = _USUAL_LIMITS
-    mounting_sd_deg: float = 5.0
     drift_deg_s: float = 0.004
-    untracked_deg_s: float = 120.0
-    gap_ms: float = 100.0
-    gyr_range_deg_s: float = 2000.0
-    acc_range_g: float = 16.0
-    body: Body | None = field(init=False, repr=False, default=None)
-
-    def __post_init__(self) -> None:
-        require_parameters(self)
-        object.__setattr__(self, "body", worn_by(self))
 
     @property
     def needs_stillness(self) -> str:
@@ -251,23 +205,6 @@ class SalchowM2:
         """Ports gyr and acc."""
         return sample_ports(self.sensors, magnetometer=False)
 
-    @property
-    def outputs(self) -> tuple[Port, ...]:
-        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd and aligned."""
-        return *posture_ports(self.body, self.sensors), ALIGNED_PORT
-
-    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM2:
-        """The tracker for the number of wired sensors."""
-        return replace(self, sensors=shapes["gyr"][0])
-
-    def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowM2:
-        """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
-        return worn_as_stated(self, stated_by(sources))
-
     def init(self, context: Context) -> SalchowState:
         """Create filters in their initial state, before the initial pose."""
         return start(wired(self.body), method_of(self, magnetometer=False), context)
-
-    def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Process one sample of every sensor."""
-        return track(state, wired(self.body), inputs, tick)

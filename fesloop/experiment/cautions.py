@@ -7,6 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from fesloop.experiment.running import Experiment
+from fesloop.loop.abilities import Warns, offers
+from fesloop.loop.block import Context
+from fesloop.loop.cautions import cautions_in_place, too_old
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import is_live
@@ -22,9 +25,23 @@ _STILL = 1e-9
 """Chosen: less than this, rad, is round-off and no motion."""
 
 
-def experiment_cautions(experiment: Experiment) -> list[Caution]:
-    """Controllers that no plant reaches, and references that do not move while they are scored."""
-    return [*_unclosed(experiment.wiring), *_references(experiment)]
+def experiment_cautions(experiment: Experiment, *, blocks: bool = True) -> list[Caution]:
+    """Cautions about an experiment.
+
+    They are controllers that no plant reaches, references that do not move while they are scored, inputs that
+    are always or often too old, contradictions between neighbours, and warnings of plants; with `blocks`,
+    also those of blocks, which report them at their first tick.
+    """
+    wiring, duration_ns = experiment.wiring, experiment.duration_ns
+    return [*_unclosed(wiring), *_references(experiment), *too_old(wiring, duration_ns),
+            *cautions_in_place(wiring, duration_ns), *_warnings(experiment, blocks)]
+
+
+def _warnings(experiment: Experiment, blocks: bool) -> Iterator[Caution]:
+    for node in experiment.wiring.nodes:
+        if (blocks or node.is_plant) and offers(node.part, Warns):
+            context = Context(node.name, experiment.seed, clock=node.clock)
+            yield from ((node.name, *warning) for warning in node.part.cautions(context))
 
 
 def _unclosed(wiring: Wiring) -> Iterator[Caution]:

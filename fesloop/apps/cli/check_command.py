@@ -16,9 +16,6 @@ from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.running import Experiment, without_stand_in
-from fesloop.loop.abilities import Warns, offers
-from fesloop.loop.block import Context
-from fesloop.loop.cautions import cautions_in_place, too_old
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
 from fesloop.loop.nodes import Node
@@ -115,12 +112,7 @@ def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
 
 def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
     """Cautions as (node, status, detail): of parameters, latencies, neighbours and live nodes."""
-    found = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
-    found += cautions_in_place(experiment.wiring, experiment.duration_ns)
-    for node in experiment.wiring.nodes:
-        if offers(node.part, Warns):
-            context = Context(node.name, experiment.seed, clock=node.clock)
-            found += [(node.name, status, detail) for status, detail in node.part.cautions(context)]
+    found = experiment_cautions(experiment)
     if any(is_live(node) for node in experiment.wiring.nodes):
         found += [(name, "not_rehearsed", "it has to be closed at the end and has no stand-in: the run "
                    "starts without a rehearsal, and code is compiled while devices and streams wait")

@@ -20,9 +20,6 @@ from fesloop.experiment.metrics.missing import MISSING, reasons_of
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.experiment.running import Experiment, Result, run
 from fesloop.experiment.trouble import graveness, troubles
-from fesloop.loop.abilities import Warns, offers
-from fesloop.loop.block import Context, is_plant
-from fesloop.loop.cautions import cautions_in_place, too_old
 from fesloop.loop.realtime import Pacing
 from fesloop.models.linear_form import LinearPlant
 
@@ -40,11 +37,7 @@ def execute(args: Namespace) -> int:
     pacing = _pacing(args)
     with progress_bar(args.experiment) as bar:
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
-        cautions = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
-        cautions += cautions_in_place(experiment.wiring, experiment.duration_ns)
-        cautions += [(node.name, *caution) for node in experiment.wiring.nodes
-                     if is_plant(node.part) and offers(node.part, Warns)
-                     for caution in node.part.cautions(Context(node.name, experiment.seed, clock=node.clock))]
+        cautions = experiment_cautions(experiment, blocks=False)
     for node, status, detail in cautions:
         print(f"fesloop: caution: {node}: {status}: {detail}", file=sys.stderr)
     with progress_bar(args.experiment) as bar:
