@@ -63,7 +63,13 @@ class Worker:
                     **os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1",
                     "PYTHONDONTWRITEBYTECODE": "1"})
         process = self._process
-        timer = threading.Timer(PATIENCE_S, process.kill)
+        hanging = threading.Event()
+
+        def end():
+            hanging.set()
+            process.kill()
+
+        timer = threading.Timer(PATIENCE_S, end)
         timer.start()
         began = time.monotonic()
         try:
@@ -79,7 +85,7 @@ class Worker:
             return json.loads(answer) | {"seconds": seconds}
         process.communicate()
         self._process = None
-        outcome = "hang" if seconds >= PATIENCE_S else "crash"
+        outcome = "hang" if hanging.is_set() else "crash"
         return {"outcome": outcome, "detail": f"exit code {process.returncode}", "seconds": seconds}
 
 
