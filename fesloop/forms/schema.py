@@ -131,6 +131,7 @@ def checked(annotation: Any, kinds: Kinds) -> Any:
         return _file_backed(annotation, kinds)
     if is_dataclass(annotation) and isinstance(annotation, type):
         return table(annotation, kinds)
+    annotation = _expanded(annotation)
     origin, args = get_origin(annotation), get_args(annotation)
     if origin is np.ndarray:
         return NestedNumbers
@@ -141,6 +142,12 @@ def checked(annotation: Any, kinds: Kinds) -> Any:
     if origin in (None, Literal) or not args:
         return annotation
     return origin[tuple(arg if arg is ... else checked(arg, kinds) for arg in args)]
+
+
+def _expanded(annotation: Any) -> Any:
+    """What a type alias stands for; `NDArray` is one from numpy 2.5 on, where Python is 3.12 or later."""
+    alias = getattr(get_origin(annotation), "__value__", None)
+    return annotation if alias is None else alias[get_args(annotation)]
 
 
 def _is_file_backed(annotation: Any) -> bool:
@@ -180,6 +187,7 @@ def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
         return getattr(make(kinds[value["kind"]], rest, kinds, where), annotation.OFFERED_BY)()
     if is_dataclass(annotation) and isinstance(annotation, type):
         return make(annotation, value, kinds, where) if isinstance(value, dict) else value
+    annotation = _expanded(annotation)
     origin, args = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return build(args[0], value, kinds, where)
@@ -200,7 +208,7 @@ def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
 
 def _member(args: tuple[Any, ...], value: Any) -> Any:
     """Member of a union that a plain value belongs to."""
-    for arg in args:
+    for arg in map(_expanded, args):
         origin = get_origin(arg) or arg
         holds = {dict: is_dataclass(arg) or origin is dict, list: origin in (tuple, list, np.ndarray),
                  str: origin in (str, Path, Literal), bool: origin is bool, int: origin is int,

@@ -130,10 +130,12 @@ class _Reader:
         if self._process is not None and self._owner == os.getpid():
             self.close()
         command = [sys.executable, "-c", "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-                   "from fesloop.streams.decoders import serve; serve()", json.dumps(sys.path)]
+                   "from fesloop.streams.decoders import serve; serve()",
+                   json.dumps([os.path.abspath(place) for place in sys.path])]  # noqa: PTH100
         one_thread = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                         stderr=subprocess.DEVNULL, env={**os.environ, **one_thread})
+                                         stderr=subprocess.DEVNULL, env={**os.environ, **one_thread},
+                                         cwd="/")  # the current folder may be removed while it runs
         self._owner = os.getpid()
         return self._process
 

@@ -112,11 +112,16 @@ def require_room(folder: Path) -> None:
 
 def opened(path: Path) -> sqlite3.Connection:
     """Open a store for writing; nothing is written outside explicit transactions."""
+    file = None
     try:
         file = sqlite3.connect(path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False)
         file.execute("PRAGMA synchronous = FULL")
-    except sqlite3.OperationalError as fault:
-        raise unusable(path.parent, why(fault)) from None
+    except sqlite3.DatabaseError as fault:
+        if file is not None:
+            file.close()
+        if isinstance(fault, sqlite3.OperationalError):
+            raise unusable(path.parent, why(fault)) from None
+        raise
     return file
 
 
