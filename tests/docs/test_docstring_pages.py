@@ -8,6 +8,8 @@ pytest.importorskip("sphinx")
 from docstring_pages import types_of
 from sphinx.application import Sphinx
 
+pytestmark = pytest.mark.slow  # the quick lane does without Sphinx
+
 MODULE = '''
 from __future__ import annotations
 from dataclasses import dataclass

@@ -11,6 +11,8 @@ from docstrings import as_rst, as_text, doi_address
 from docutils import nodes
 from docutils.core import publish_doctree
 
+pytestmark = pytest.mark.slow  # the quick lane does without Sphinx
+
 LOUD = {"report_level": 1, "halt_level": 1}
 ITEM = re.compile(r"([-*]|\d+\.) ")
 PLAIN = st.text(st.characters(codec="ascii", categories=["L", "N", "P", "S", "Zs"], exclude_characters="`"),

@@ -7,6 +7,8 @@ from docutils import nodes
 from mathml import converted
 from sphinx.errors import ExtensionError
 
+pytestmark = pytest.mark.slow  # the quick lane does without Sphinx
+
 
 def test_an_equation_is_mathml():
     node = nodes.math("", r"\frac{1}{1 - p}")

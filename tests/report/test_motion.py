@@ -116,6 +116,7 @@ def test_a_table_that_stays_has_one_pose(tmp_path):
     assert figure.trials[0].objects.shape[1] == 1
 
 
+@pytest.mark.slow
 def test_a_finger_bends_as_scored_in_a_hand_at_rest(tmp_path):
     path = recorded(tmp_path, "finger_control", "experiment.duration_s=1", "score.after_s=0")
     with Recording(path) as recording:

@@ -73,6 +73,7 @@ class TestRefused:
     def test_what_is_a_streams_alone(self, capsys, path, option):
         assert refused(capsys, str(path), *option).startswith(f"fesloop: {option[0]}: {option[1]}")
 
+    @pytest.mark.slow
     def test_what_is_no_recording(self, capsys, tmp_path):
         text, other, half = (tmp_path / name for name in ("text.h5", "other.h5", "half.h5"))
         text.write_text("no recording")
