@@ -19,6 +19,10 @@ Five = tuple[float, float, float, float, float]
 Three = tuple[float, float, float]
 
 FINGERS = ("F1", "F2", "F3", "F4", "F5")
+BONES = tuple(f"{finger}{bone}" for finger in FINGERS for bone in ("mpd" if finger == "F1" else "pmd"))
+"""Bones of the digits, from the palm to the tip."""
+PARTS = ("palm", *BONES)
+"""Parts of the hand that touch objects."""
 PHALANX_RATIOS = np.array([[.251, .196, .158], [.245, .143, .097], [.266, .170, .108],
                            [.244, .165, .107], [.204, .117, .093]])
 """Segments over hand length (Buchholz, Armstrong and Goldstein 1992, as quoted in later hand models): of the

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from fesloop.compiled import compiled
 from fesloop.errors import InputError, RunError
 from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import PARTS
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import AXES, MOTIONS
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
+from plants.hand.model import PALM
 from plants.hand.scene import GraspObject, Table, give
 
 Array = NDArray[np.float64]
@@ -261,7 +263,8 @@ def hand_outputs(start: Array, with_object: bool) -> tuple[Port, ...]:
     if not with_object:
         return ports
     return (*ports, Port("object_position", (3,), "m"),
-            Port("object_orientation", (4,), "1", (1.0, 0.0, 0.0, 0.0)))
+            Port("object_orientation", (4,), "1", (1.0, 0.0, 0.0, 0.0)),
+            Port("object_force", (len(PARTS),), "N", rows=PARTS))
 
 
 def sensed(views: Views, fixed: bool, segments: Numbers, sites: Numbers,
@@ -306,9 +309,39 @@ def gather(
     return fingertips, orientation, position, rate, force, sensordata[6 * count:6 * count + 5].copy()
 
 
-def object_pose(views: Views) -> tuple[Array, Array]:
-    """Position (3,) and orientation (4,) of the object, which is MuJoCo's last joint."""
-    return views.qpos[-7:-4].copy(), views.qpos[-4:].copy()
+def object_outputs(state: HandState, parts: Numbers) -> tuple[Array, Array, Array]:
+    """Position (3,) and orientation (4,) of the object, MuJoCo's last joint, and the forces on it (16,)."""
+    views = state.views
+    return views.qpos[-7:-4].copy(), views.qpos[-4:].copy(), object_force(state.data, parts)
+
+
+OBJECT_PART, NO_PART = -1, -2
+"""Parts of geoms that are not the hand's: the object, and all others."""
+
+
+def parts_of_geoms(model: mujoco.MjModel) -> Numbers:
+    """Index in `PARTS` of each geom, (geoms,): those of bones have their names, those of the palm a group."""
+    parts = np.full(model.ngeom, NO_PART)
+    for geom in range(model.ngeom):
+        name = model.geom(geom).name
+        if name in PARTS:
+            parts[geom] = PARTS.index(name)
+        elif name == "object":
+            parts[geom] = OBJECT_PART
+        elif model.geom_contype[geom] == PALM:
+            parts[geom] = PARTS.index("palm")
+    return parts
+
+
+def object_force(data: mujoco.MjData, parts: Numbers) -> Array:
+    """Sums of the normal forces between the object and each of `PARTS`, (16,), N."""
+    forces = np.zeros(len(PARTS))
+    contacts = data.contact
+    rows, pairs = np.asarray(contacts.efc_address), parts[np.asarray(contacts.geom)].reshape(-1, 2)
+    for row, pair in zip(rows, pairs, strict=True):
+        if row >= 0 and min(pair) == OBJECT_PART and max(pair) >= 0:
+            forces[max(pair)] += data.efc_force[row]  # the first row of a contact is along its normal
+    return forces
 
 
 def turn_forearm(state: HandState, start: Array, target: Value) -> None:

@@ -30,7 +30,8 @@ from plants.hand.contract import (
     evaluate,
     hand_inputs,
     hand_outputs,
-    object_pose,
+    object_outputs,
+    parts_of_geoms,
     require_hand,
     sensed,
     stable_bounds,
@@ -116,7 +117,8 @@ class Hand:
     rad/s, and `site_force` (17, 3), m/s^2, angular velocity and specific force in the segments' frames;
     `contact_force` (5,), N, sum of the normal forces on each distal segment; `velocity` (29,), 1/s,
     lengthening of the fibres in optimal lengths; and with an object `object_position` (3,), m, from the
-    wrist's centre, and `object_orientation` (4,), both global. Accelerations and forces are those at the end
+    wrist's centre, `object_orientation` (4,), both global, and `object_force` (16,), N, sums of the normal
+    forces between it and the palm and each bone of the digits. Accelerations and forces are those at the end
     of a step, under the activation that led there.
 
     Attributes
@@ -169,6 +171,7 @@ class Hand:
     _stretch: Array = field(init=False, repr=False, compare=False)
     _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _parts: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _bounds: Bounds = field(init=False, repr=False, compare=False)
     _grid: RateClock = field(init=False, repr=False, compare=False)
 
@@ -196,6 +199,7 @@ class Hand:
         for key, names in (("_sites", [f"imu {name}" for name in tree.names]),
                            ("_tips", [f"tip {finger}d" for finger in FINGERS])):
             object.__setattr__(self, key, np.array([model.site(name).id for name in names]))
+        object.__setattr__(self, "_parts", parts_of_geoms(model))
         require_apart(model, self.init(Context("hand")).data)
 
     def _compiled(self, arms: Array, rows: tuple[Muscle, ...], moments: float) -> mujoco.MjModel:
@@ -267,7 +271,7 @@ class Hand:
         values = HandValues(views.qpos[hinges].copy(), rates, views.qacc[hinges].copy(),
                             *sensed(views, not self.forearm_moves, _SEGMENTS, self._sites, self._tips),
                             velocity=self._stretch @ rates)
-        return values if self.object is None else (*values, *object_pose(views))
+        return values if self.object is None else (*values, *object_outputs(state, self._parts))
 
     def glance(self, state: HandState) -> dict[int, Value]:
         """Outputs that need no evaluation, by port: angles, rates, velocity of the fibres."""

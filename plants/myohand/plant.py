@@ -28,7 +28,8 @@ from plants.hand.contract import (
     evaluate,
     hand_inputs,
     hand_outputs,
-    object_pose,
+    object_outputs,
+    parts_of_geoms,
     require_hand,
     sensed,
     stable_bounds,
@@ -125,6 +126,7 @@ class MyoHand:
     _fibres: Array = field(init=False, repr=False, compare=False)
     _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _parts: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _bounds: Bounds = field(init=False, repr=False, compare=False)
     _grid: RateClock = field(init=False, repr=False, compare=False)
 
@@ -186,6 +188,7 @@ class MyoHand:
                 ("_fibres", fibres_of(activated)),
                 ("_sites", np.array([model.site(f"imu {name}").id for name in tree.names])),
                 ("_tips", np.array([model.site(f"tip {name}").id for name in TIPS])),
+                ("_parts", parts_of_geoms(model)),
                 ("_bounds", stable_bounds(model)),
                 ("_grid", RateClock(duration_ns(self.step_ms, NS_PER_MS, "myohand.step_ms"), 1))):
             object.__setattr__(self, key, value)
@@ -241,4 +244,4 @@ class MyoHand:
             angles, rates, accelerations,
             *sensed(state.views, not self.forearm_moves, self._joints.segments, self._sites, self._tips),
             velocity=fibres)
-        return values if self.object is None else (*values, *object_pose(state.views))
+        return values if self.object is None else (*values, *object_outputs(state, self._parts))

@@ -19,6 +19,7 @@ from fesloop.experiment.metrics.grasp_outcome import (
     Found,
     GraspScore,
     ObjectCourse,
+    by_digit,
     contact_s,
     find_outcome,
     grip_force,
@@ -152,9 +153,10 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     held: whether that is "held". object_moved_mm: how far at most it moved in the hand during the hold, as
     long as it was in it (in the room where the hand's pose is not known). held_s: how long from the start of
     the hold it stayed `within_mm` in the hand, to the end of the hold at most.
-    With forces: grip_force_n, mean of the hold by fingertip; time_to_grasp_s, from `starts_s` until the hand
-    grips (0 where it did before): until thumb and fingers touch, or where they never do and the object is
-    held, until one side does, as the other is then met by a part of the hand that has no sensor;
+    With forces: grip_force_n, mean of the hold by digit and of the palm; time_to_grasp_s, from `starts_s`
+    until the hand grips (0 where it did before): until two of thumb, fingers and palm press; of fingertips
+    alone, until thumb and fingers do, or where they never do and the object is held, until one side does, as
+    the other is then met by a part of the hand that has no sensor;
     grip_margin, mean grip force of the hold (`grip_force`) over `needed_grip_n`, where that
     is known; grip_force_rmse_n against `target_n`.
     With fingertips: aperture_mm at `starts_s` (opening), when the hand grips (contact), as the mean of the
@@ -192,7 +194,7 @@ def _of_trial(trial: _Trial) -> Iterator[tuple[tuple[str, ...], Any, str | None]
 def _why(trial: _Trial, path: tuple[str, ...]) -> str:
     """Reason why a metric of a trial is missing."""
     score, name = trial.score, ".".join(path)
-    touch = (f"thumb and fingers never pressed together by more than {score.contact_n:g} N for "
+    touch = (f"no two sides of the hand pressed together by more than {score.contact_n:g} N for "
              f"{LASTING_S:g} s" if score.forces else "contact forces are not scored")
     ended = f"the trial ended before {score.until_s:g} s, when the hold is over"
     if score.forces and trial.found.word == "incomplete":
@@ -224,7 +226,7 @@ def _why_no_count(trial: _Trial) -> str:
     if math.isnan(margin):
         return "the least grip force is not known: set needed_n"
     if margin < 1.0:
-        return "fingertips press by less than holds the object: other parts of the hand carry it, unmeasured"
+        return "what is measured presses by less than holds the object: it rests on the hand, or other parts carry it"
     _, fitness = trial.whole(str(trial.score.fitness))
     active = trial.hold(str(trial.score.activation)).mean(axis=0)
     if len(fitness) and math.isfinite(fitness_ratio(active, fitness[0], fitness[-1])):
@@ -322,7 +324,7 @@ def _forces(trial: _Trial) -> dict[str, Any]:
         return {}
     forces = trial.hold(score.forces)
     metrics: dict[str, Any] = {
-        "grip_force_n": dict(zip(FINGERS, forces.mean(axis=0).tolist(), strict=True)),
+        "grip_force_n": by_digit(forces),
         "time_to_grasp_s": _contact_s(trial) - score.starts_s}
     if not math.isnan(_needed_n(trial)):
         metrics["grip_margin"] = _margin(trial)

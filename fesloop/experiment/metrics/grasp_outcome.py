@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand import quaternion
-from fesloop.hand.anthropometry import FINGERS, HandSize
+from fesloop.hand.anthropometry import FINGERS, PARTS, HandSize
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
@@ -24,25 +24,48 @@ LASTING_S = 0.1
 
 
 def grip_force(forces: Array) -> Array:
-    """(n,) N from the normal forces (n, 5), N, on the fingertips: the thumb's, or all fingers' if greater.
+    """Grip force (n,), N: friction carries 2 friction grip_force, at least.
 
-    On an object at rest what presses from one side is met from the other, by fingertips or by parts of the
-    hand that no sensor is on, so that friction carries 2 friction grip_force at least.
+    Of normal forces (n, 16) between an object and each of `PARTS`, N, it is half of their sum: the force of
+    each side in a grip between two. Of those on the fingertips alone, (n, 5), it is the thumb's, or that of
+    all fingers if greater: on an object at rest what presses from one side is met from the other, by
+    fingertips or by parts of the hand that no sensor is on.
     """
+    if forces.shape[-1] == len(PARTS):
+        return np.asarray(0.5 * forces.sum(axis=-1))
     return np.asarray(np.maximum(forces[..., 0], forces[..., 1:].sum(axis=-1)))
+
+
+def sides(forces: Array) -> Array:
+    """Normal forces (n, s), N, of the sides that can oppose each other: thumb, fingers, and palm if known."""
+    if forces.shape[-1] == len(PARTS):
+        thumb, fingers = ([part for part, name in enumerate(PARTS) if name.startswith("F1") is first
+                           and name != "palm"] for first in (True, False))
+        return np.stack([forces[:, thumb].sum(axis=1), forces[:, fingers].sum(axis=1),
+                         forces[:, PARTS.index("palm")]], axis=1)
+    return np.stack([forces[:, 0], forces[:, 1:].sum(axis=1)], axis=1)
 
 
 def contact_s(times_s: Array, forces: Array, starts_s: float, contact_n: float, *,
               one_side: bool = False) -> float:
-    """First instant from `starts_s` on at which the thumb (first column of (n, 5), N) and all fingers
-    together press by more than `contact_n`, and keep pressing for `LASTING_S`; NaN if there is none.
+    """First instant from `starts_s` on at which two sides of the hand hold something between them.
 
-    `one_side`: whether thumb or fingers alone will do.
+    Each presses by more than `contact_n`, and keeps pressing for `LASTING_S`; NaN if there is none.
+    `one_side`: whether one side alone will do. `forces`: (n, 5) or (n, 16), N, as in `grip_force`.
     """
-    sides = forces[:, 0] > contact_n, forces[:, 1:].sum(axis=1) > contact_n
-    touching = (sides[0] | sides[1] if one_side else sides[0] & sides[1]) & (times_s >= starts_s)
+    pressing = (sides(forces) > contact_n).sum(axis=1)
+    touching = (pressing >= (1 if one_side else 2)) & (times_s >= starts_s)
     first = first_lasting(times_s, touching)
     return math.nan if first is None else float(times_s[first])
+
+
+def by_digit(forces: Array) -> dict[str, float]:
+    """Mean forces, N, over the rows of (n, 5) or (n, 16): of each digit and, if known, of the palm."""
+    means = forces.mean(axis=0)
+    if means.size != len(PARTS):
+        return dict(zip(FINGERS, means.tolist(), strict=True))
+    return {digit: float(means[[name.startswith(digit) for name in PARTS]].sum())
+            for digit in (*FINGERS, "palm")}
 
 
 def first_lasting(times_s: Array, flags: NDArray[np.bool_]) -> int | None:
@@ -91,8 +114,8 @@ held, slipped: at the end it is neither on the table nor gone. Held if it never 
     from its place at the start of the hold, slipped if it was; given_late if it was given during the hold.
 thrown: it moved sideways by more than `THROWN_M_S`.
 dropped: it was neither on the table nor gone for 0.1 s, and is now.
-not_touched: it never was; no fingertip pressed by more than `contact_n`, and until it was gone it moved
-    neither sideways nor up by more than `TOUCHED_M`.
+not_touched: it never was; no part of the hand pressed by more than `contact_n`, and until it was gone it
+    moved neither sideways nor up by more than `TOUCHED_M`.
 on_table, knocked_off: it never was either, but was touched, and at the end it is on the table, or it is not.
 
 On the table: its lowest point is within `RESTING_M` of the table top at that instant, above the top's area.
@@ -124,7 +147,7 @@ class ObjectCourse:
     hand: (n, 3), m, the hand's own place likewise; zeros where it is not known.
     in_hand: (n, 3), m, the object's place in the hand where the hand's pose is known, else `places`.
     turned: (n, 4), its orientation, to the global frame.
-    pressed: (n,), whether a fingertip presses on something; None where forces are not recorded.
+    pressed: (n,), whether a part of the hand presses; None where forces are not recorded.
     thing, table: tables `object` and `table` of the node that moves it; None where there are none.
     """
 
@@ -267,7 +290,7 @@ class GraspScore:
     within_mm: how far the object may be at any instant of the hold from where it was at its start (chosen).
     hand_position, hand_orientation: of the sites, (17, 3), m, and (17, 4): then the object's place in the
         hand counts, so that a wrist that gives way does not.
-    forces: contact forces of the fingertips, (5,), N.
+    forces: normal forces between the object and palm and bones, (16,), N, or on the fingertips alone, (5,).
     starts_s: when the hand starts to close.
     contact_n: thumb and fingers touch when each side presses by more (chosen: ten times what is read as
         noise on a fingertip, sd 0.05 N).
@@ -332,7 +355,7 @@ class GraspScore:
         muscles, tips = (len(MUSCLES),), (len(FINGERS), 3)
         shapes: dict[str, tuple[Shape, ...]] = {
             "object": ((3,),), "hand_position": ((17, 3),), "hand_orientation": ((17, 4),),
-            "forces": ((len(FINGERS),),), "target_n": ((),),
+            "forces": ((len(PARTS),), (len(FINGERS),)), "target_n": ((),),
             "angles": ((len(FREEDOMS),),), "fingertips": (tips,), "aperture": ((), tips), "pulses": (),
             "activation": (muscles,), "fitness": (muscles,)}
         for key, allowed in shapes.items():

@@ -24,6 +24,7 @@ from fesloop.experiment.metrics.grasp_outcome import (
     grip_force,
     needed_grip_n,
 )
+from fesloop.hand.anthropometry import PARTS
 from fesloop.hand.movements import muscle
 
 TIMES_NS = np.arange(0, 1000) * 10_000_000
@@ -58,6 +59,35 @@ def test_time_to_grasp_ends_when_both_sides_touch_and_go_on_touching():
     assert metrics["time_to_grasp_s"] == pytest.approx([1.5])
     assert math.isnan(contact_s(TIMES_S, pressing(2.0, 20.0), 1.0, 0.5))
     assert contact_s(TIMES_S, pressing(0.0, 0.0), 1.0, 0.5) == pytest.approx(1.0)
+
+
+def on_parts(**newton):
+    """Forces (1000, 16) of parts of the hand, N."""
+    forces = np.zeros((1000, len(PARTS)))
+    for part, values in newton.items():
+        forces[:, PARTS.index(part)] = values
+    return forces
+
+
+def test_a_cylinder_between_fingers_and_palm_is_gripped():
+    """The thumb need not touch it, and fingertips need not: a clinician sees a grasp."""
+    held = on_parts(F3p=np.where(TIMES_S >= 2.0, 2.0, 0.0), palm=np.where(TIMES_S >= 2.5, 2.0, 0.0))
+    metrics = grasp_metrics(recording({"hand": CYLINDER}, hand__forces=held), score(forces="hand.forces"))
+    assert metrics["time_to_grasp_s"] == pytest.approx([1.5])
+    assert metrics["grip_force_n"]["F3"] == pytest.approx([2.0])
+    assert metrics["grip_force_n"]["palm"] == pytest.approx([2.0])
+    assert metrics["grip_force_n"]["F1"] == [0.0]
+    assert metrics["grip_margin"] == pytest.approx([2.0 / needed_grip_n(CYLINDER)])
+    assert math.isnan(contact_s(TIMES_S, on_parts(F2m=3.0, F3d=3.0), 1.0, 0.5))
+
+
+@given(st.lists(st.floats(0.0, 20.0), min_size=16, max_size=16))
+def test_grip_of_two_opposing_sides_is_the_force_of_each(newton):
+    """What one side presses with is met from the other, so half of the sum is the force of a side."""
+    forces = np.array([newton])
+    total = forces[0, 1:].sum()
+    forces[0, 0] = total  # the palm meets what all digits press with
+    assert grip_force(forces)[0] == pytest.approx(total)
 
 
 def test_margin_is_grip_over_what_friction_needs():

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from fesloop.hand.anthropometry import PARTS
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.hand import Hand
@@ -71,6 +72,32 @@ def test_what_the_fingers_carry_is_the_cylinders_weight():
     assert np.allclose(carried, [0.0, 0.0, 0.2 * 9.80665], rtol=0, atol=0.1)
     assert np.allclose(plant.read(state, [])[8], tips, rtol=0, atol=1e-9)
     assert tips.max() > 0.5
+
+
+def test_the_object_is_pressed_by_the_parts_that_it_touches():
+    """By MuJoCo's own account; the object presses a fingertip by no more than its sensor feels."""
+    plant, state, *_ = holding(0.1, 4.0)
+    values = dict(zip([port.name for port in plant.outputs], plant.read(state, []), strict=True))
+    model, data, force = plant.model, state.data, np.zeros(6)
+    total = 0.0
+    for i in range(data.ncon):
+        names = {model.geom(geom).name for geom in data.contact[i].geom}
+        if "object" in names and "table" not in names:
+            mujoco.mj_contactForce(model, data, i, force)
+            total += force[0]
+    assert values["object_force"].sum() == pytest.approx(total, rel=1e-12)
+    assert total > 2.0
+    parts = dict(zip(PARTS, values["object_force"], strict=True))
+    assert parts["palm"] > 0.5
+    for finger, felt in enumerate(values["contact_force"]):
+        assert parts[f"F{finger + 1}d"] <= felt + 1e-9
+
+
+def test_without_contact_nothing_presses():
+    plant = Hand(object=GraspObject(position_m=(0.0, 0.1, -0.3)), table=Table(height_m=-0.37))
+    state = plant.init(Context("hand"))
+    plant.advance(state, [np.zeros(len(MUSCLES))], 0, 20_000_000)
+    assert not plant.read(state, [])[-1].any()
 
 
 def test_halving_the_step_changes_a_grasp_by_less_than_a_degree():
