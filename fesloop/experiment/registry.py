@@ -32,7 +32,11 @@ class Patient(Protocol):
 
     @property
     def hand_size(self) -> HandSize:
-        """Value of every block parameter `hand: HandSize`."""
+        """Value of every plant's parameter `hand: HandSize`."""
+
+    @property
+    def measured_hand(self) -> HandSize:
+        """Value of every other block's parameter `hand: HandSize`: the hand as a clinician measures it."""
 
     def member(self, *, cohort: int, number: int) -> Patient:
         """One of the patients of this kind."""

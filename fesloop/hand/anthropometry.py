@@ -6,13 +6,13 @@ centre of rotation to the next.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, did_you_mean
 
 Array = NDArray[np.float64]
 Five = tuple[float, float, float, float, float]
@@ -20,9 +20,12 @@ Three = tuple[float, float, float]
 
 FINGERS = ("F1", "F2", "F3", "F4", "F5")
 BONES = tuple(f"{finger}{bone}" for finger in FINGERS for bone in ("mpd" if finger == "F1" else "pmd"))
+BONES = tuple(f"{finger}{bone}" for finger in FINGERS for bone in ("mpd" if finger == "F1" else "pmd"))
 """Bones of the digits, from the palm to the tip."""
 PARTS = ("palm", *BONES)
 """Parts of the hand that touch objects."""
+JOINTED = ("hand", *BONES)
+"""Segments that a joint moves: the hand, and the bones of the digits."""
 PHALANX_RATIOS = np.array([[.251, .196, .158], [.245, .143, .097], [.266, .170, .108],
                            [.244, .165, .107], [.204, .117, .093]])
 """Segments over hand length (Buchholz, Armstrong and Goldstein 1992, as quoted in later hand models): of the
@@ -44,16 +47,21 @@ THICKNESS_RATIOS = .45 * np.array([.185, .153, .159, .148, .133])
 lengths is chosen (85.8 and 190.2 mm in Ibeachu 2011)."""
 WIDTH_OF_THICKNESS = 1.2
 """Chosen: a fingertip is that much wider than thick."""
+WIDTH_RATIO = .45
+"""Width of the hand across the MCP joints over its length (85.8 of 190.2 mm in Ibeachu 2011)."""
 
 _HAND_MM = (100.0, 260.0)
 _SEGMENT_MM = (5.0, 120.0)
 _FOREARM_MM = (100.0, 400.0)
 _TIP_MM = (3.0, 40.0)
+_WIDTH_MM = (40.0, 140.0)
+_SHIFT_MM = (-20.0, 20.0)
+_TILT_DEG = (-45.0, 45.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandSize:
-    """Measures of a hand; those left out follow from its length.
+    """Measures of a hand, and the deviations of one person's bones; those left out follow from its length.
 
     Attributes
     ----------
@@ -67,6 +75,10 @@ class HandSize:
     forearm_mm: from the elbow to the wrist.
     soft_tissue_mm: between bone and skin at the tips.
     tip_thickness_mm, tip_width_mm: of the fingertips, for the points of contact.
+    width_mm: across the MCP joints; the first joints' distances from the middle finger's line follow it.
+    joints_mm: (5, 3), displacement of the first joints of F1 to F5 from these places: dorsal, distal, ulnar.
+    axes_deg: by segment, such as `F2m`, the tilt of the axes of the joint that moves it: a rotation vector
+        about x, y and z of the segment.
 
     Raises InputError for lengths no hand has.
     """
@@ -80,6 +92,9 @@ class HandSize:
     soft_tissue_mm: Five = SOFT_TISSUE_MM
     tip_thickness_mm: Five | None = None
     tip_width_mm: Five | None = None
+    width_mm: float | None = None
+    joints_mm: tuple[Three, Three, Three, Three, Three] | None = None
+    axes_deg: dict[str, Three] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         if self.side not in ("left", "right"):
@@ -91,10 +106,16 @@ class HandSize:
         for key, shape, limits in (
                 ("palm_mm", (), _SEGMENT_MM), ("fingers_mm", (5,), (20.0, 200.0)),
                 ("segments_mm", (5, 3), _SEGMENT_MM), ("forearm_mm", (), _FOREARM_MM),
-                ("tip_thickness_mm", (5,), _TIP_MM), ("tip_width_mm", (5,), _TIP_MM)):
+                ("tip_thickness_mm", (5,), _TIP_MM), ("tip_width_mm", (5,), _TIP_MM),
+                ("width_mm", (), _WIDTH_MM), ("joints_mm", (5, 3), _SHIFT_MM)):
             value = getattr(self, key)
             if value is not None:
                 _require(key, value, shape, limits)
+        for name, tilt in self.axes_deg.items():
+            if name not in JOINTED:
+                raise InputError(f"hand.axes_deg.{name}", "is not moved by a joint", ", ".join(JOINTED),
+                                 did_you_mean(name, JOINTED))
+            _require(f"axes_deg.{name}", tilt, (3,), _TILT_DEG, "deg")
 
     @property
     def outwards(self) -> float:
@@ -118,7 +139,14 @@ class HandSize:
         palm = METACARPAL_RATIOS[2] * self.hand_mm if self.palm_mm is None else self.palm_mm
         distance = 1e-3 * palm * METACARPAL_RATIOS / METACARPAL_RATIOS[2]
         angle = np.deg2rad(METACARPAL_ANGLES_DEG)
-        return np.asarray(distance[:, np.newaxis] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+        wide = 1.0 if self.width_mm is None else self.width_mm / (WIDTH_RATIO * self.hand_mm)
+        return np.asarray(distance[:, np.newaxis] * np.stack([np.cos(angle), wide * np.sin(angle)], axis=1))
+
+    @property
+    def reach(self) -> float:
+        """Distance from the wrist's centre to the skin of the middle finger's tip, straight, m."""
+        shift = 0.0 if self.joints_mm is None else 1e-3 * self.joints_mm[2][1]
+        return float(self.first_joints[2, 0] + shift + self.segments[2].sum() + 1e-3 * self.soft_tissue_mm[2])
 
     @property
     def forearm(self) -> float:
@@ -133,8 +161,9 @@ class HandSize:
         return 1e-3 * np.stack([self.soft_tissue_mm, thick, wide], axis=1)
 
 
-def _require(key: str, value: object, shape: tuple[int, ...], limits: tuple[float, float]) -> None:
-    """Raise InputError unless `value` is numbers of that shape within the limits, mm."""
+def _require(key: str, value: object, shape: tuple[int, ...], limits: tuple[float, float],
+             unit: str = "mm") -> None:
+    """Raise InputError unless `value` is numbers of that shape within the limits."""
     low, high = limits
     try:
         numbers = np.asarray(value, dtype=np.float64)
@@ -144,5 +173,5 @@ def _require(key: str, value: object, shape: tuple[int, ...], limits: tuple[floa
         raise InputError(f"hand.{key}", f"shape {numbers.shape}", f"shape {shape}")
     bad = numbers[~((numbers >= low) & (numbers <= high))]
     if bad.size:
-        raise InputError(f"hand.{key}", f"{bad.flat[0]:g} mm", f"{low:g} to {high:g} mm",
-                         "lengths are in millimetres")
+        raise InputError(f"hand.{key}", f"{bad.flat[0]:g} {unit}", f"{low:g} to {high:g} {unit}",
+                         "lengths are in millimetres" if unit == "mm" else "")

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS, HandSize
-from fesloop.hand.segments import JointKind, Segment, SegmentTree, Vector
+from fesloop.hand.segments import AXES, FREEDOMS, JointKind, Segment, SegmentTree, Vector
 
 SALCHOW = "Salchow-Hoemmen 2019, doi 10.3390/s19010208, section 2.4.3: from anatomy texts, with tolerance"
 TEXTBOOK = "Electronic Textbook of Hand Surgery, e-hand.com: typical range of motion"
@@ -71,20 +72,40 @@ def hand_tree(size: HandSize) -> SegmentTree:
     palm = float(centres[2, 0])
     segments = [
         Segment(name="forearm"),
-        Segment(name="hand", parent="forearm", joint="saddle", joint_name="wrist",
-                offset=(0.0, sign * palm, 0.0), ranges=radians("wrist")),
+        Segment(
+            name="hand", parent="forearm", joint="saddle", joint_name="wrist",
+            offset=(0.0, sign * palm, 0.0), axes=_tilted(size, "hand", "saddle"), ranges=radians("wrist")),
     ]
+    shifts = np.zeros((5, 3)) if size.joints_mm is None else 1e-3 * np.array(size.joints_mm)
     for i, finger in enumerate(FINGERS):
         # The hand's frame is at the middle finger's MCP joint.
-        base: Vector = (0.0, sign * (float(centres[i, 0]) - palm), sign * float(centres[i, 1]))
+        place = shifts[i] + [0.0, centres[i, 0] - palm, centres[i, 1]]
+        base = vector_of(sign * place + 0.0)
         parent = "hand"
         for length, (letter, joint, kind, row) in zip(lengths[i], _THUMB if i == 0 else _FINGER, strict=True):
             name = f"{finger}{letter}"
             segments.append(Segment(
                 name=name, parent=parent, joint=kind, joint_name=f"{finger}_{joint}", base=base,
-                offset=(0.0, sign * float(length), 0.0), ranges=radians(row)))
+                offset=(0.0, sign * float(length), 0.0), axes=_tilted(size, name, kind),
+                ranges=radians(row)))
             parent, base = name, (0.0, 0.0, 0.0)
     return SegmentTree(tuple(segments))
+
+
+def _tilted(size: HandSize, name: str, joint: JointKind) -> tuple[Vector, ...]:
+    """Axes of a segment's joint, tilted as `size` says; empty: the usual ones."""
+    tilt = np.deg2rad(size.axes_deg.get(name, (0.0, 0.0, 0.0)))
+    angle = float(np.linalg.norm(tilt))
+    if angle == 0.0:
+        return ()
+    turn = quaternion.from_axis_angle(tilt / angle, angle)
+    return tuple(vector_of(row) for row in quaternion.rotate(turn, np.array(AXES[:FREEDOMS[joint]])))
+
+
+def vector_of(row: Array) -> Vector:
+    """A vector as three plain numbers."""
+    x, y, z = (float(each) for each in row)
+    return x, y, z
 
 
 def pairs_of_names(names: Sequence[str]) -> tuple[tuple[int, int], ...]:

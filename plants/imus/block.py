@@ -24,7 +24,7 @@ from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.signals import Sensors as StatedSensors
 from fesloop.loop.wire import least_burst, transition_probabilities
 from plants.checks import require_not_negative, require_shape
-from plants.imus.device import KINDS, MAG, PRESETS, Device, PresetName, TriadErrors
+from plants.imus.device import KINDS, MAG, PRESETS, Device, PresetName, TriadErrors, rotations
 from plants.imus.disturbances import (
     NO_STIMULATION,
     NO_TISSUE,
@@ -414,6 +414,8 @@ class Imus:
     soft_iron: sd of the entries of the symmetric matrix that iron by the sensor adds to the identity.
     mounting_sd_deg: sd of the mounting's rotation about each axis.
     mounting_angle_deg: smallest and largest angle of a second rotation about any axis: S19 has 5 to 10.
+    mounting_deg: rotation of single sensors, by site, in place of these: a rotation vector about x, y and z
+        of the segment.
     soft_tissue: tissue between bone and sensor; None: rigid.
     loss: long-run fraction of samples of each sensor that is lost.
     burst_samples: mean length of a gap; 0: samples are lost independently.
@@ -435,6 +437,7 @@ class Imus:
     soft_iron: float | None = None
     mounting_sd_deg: float = 0.0
     mounting_angle_deg: tuple[float, float] | None = None
+    mounting_deg: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     soft_tissue: SoftTissue | None = None
     loss: float = 0.0
     burst_samples: float = 0.0
@@ -494,6 +497,12 @@ class Imus:
         if not 0.0 <= smallest <= largest <= 180.0:
             raise InputError("imus.mounting_angle_deg", f"{self.mounting_angle_deg}",
                              "smallest <= largest, within 0 to 180 deg")
+        for site, turn in self.mounting_deg.items():
+            if site not in self.site_names:
+                raise InputError(f"imus.mounting_deg.{site}", "is not a site", ", ".join(self.site_names),
+                                 did_you_mean(site, self.site_names))
+            if not (len(turn) == 3 and math.hypot(*turn) <= 180.0):
+                raise InputError(f"imus.mounting_deg.{site}", f"{turn}", "x, y, z of at most 180 deg in all")
 
     def _require_loss(self) -> None:
         if not 0.0 <= self.loss < 1.0:
@@ -559,6 +568,8 @@ class Imus:
         assert self.soft_iron is not None
         assert self.mounting_angle_deg is not None
         mounting = device.mountings(self.mounting_sd_deg, self.mounting_angle_deg)
+        for site, turn in self.mounting_deg.items():
+            mounting[self.site_names.index(site)] = rotations(np.radians([turn]))[0]
         triads = [device.triads(kind, each, self.soft_iron if kind == "mag" else 0.0)
                   for kind, each in zip(KINDS, errors, strict=True)]
         present = np.ones((3, rows.size), dtype=np.bool_)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
@@ -13,16 +13,19 @@ from scipy.special import ndtr, ndtri
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.forms.schema import plain
-from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.movements import MUSCLES
+from fesloop.hand.anthropometry import BONES, FINGERS, JOINTED, WIDTH_RATIO, HandSize
+from fesloop.hand.movements import EXTRINSIC, FREEDOMS, MUSCLES
+from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.loop.noise import NoiseStream, stream_key
 from plants.checks import MOST_ELEMENTS
-from plants.electrodes.arrays import DORSAL, MOTOR_POINTS, AxonScatter
+from plants.electrodes.arrays import DORSAL, MOTOR_POINTS, AxonScatter, MotorPoint
 from plants.muscles.ding import Ding2003, Ding2003Fatigue
 from plants.muscles.lags import Hammerstein
 from plants.patients.sections import (
     LIMITS,
+    Anatomy,
     Anthropometry,
+    Calibration,
     CohortSpread,
     DaySpread,
     Fatigue,
@@ -31,10 +34,12 @@ from plants.patients.sections import (
     Passive,
     Placement,
     Recruitment,
+    SensorPlacement,
     Spasticity,
     Strength,
     Tolerance,
     Tremor,
+    Triple,
     Voluntary,
 )
 
@@ -44,6 +49,10 @@ ADULT_FOREARM_MM = 260.0
 HEALTHY_MCP, JOINT_SHARE = 0.04, 0.03
 """Stiffness of a finger's MCP joint, N m/rad, and the part of the joint itself; the rest is that of its
 tendons (`plants.hand.model`)."""
+LEAST_DEPTH_MM = 4.0
+"""Least depth of a motor point under the skin (chosen)."""
+RANGES_DEG = dict(zip(FREEDOMS, np.degrees(hand_tree(HandSize()).ranges).tolist(), strict=True))
+"""Ranges of the hand's freedoms."""
 LEAST_STRENGTH = 1e-4
 """Strength of a muscle without nerve (chosen: negligible, but not 0, by which MuJoCo would divide)."""
 
@@ -55,7 +64,7 @@ def hand(patient: Patient) -> dict[str, Any]:
         max(strength.overall * strength.muscles.get(name, 1.0) * (1.0 - strength.denervated.get(name, 0.0)),
             LEAST_STRENGTH) for name in MUSCLES)
     tendons = HEALTHY_MCP - JOINT_SHARE
-    return {"hand": patient.anthropometry.size, "strength": factors, "stiffness": passive.stiffness,
+    return {"hand": patient.hand_size, "strength": factors, "stiffness": passive.stiffness,
             "damping": passive.damping, "passive_tension": passive.tension,
             "contracture": (passive.mcp_n_m_per_rad - tendons) / JOINT_SHARE,
             "rest_deg": dict(passive.rest_deg)}
@@ -93,7 +102,8 @@ def electrodes(patient: Patient, elements: int) -> dict[str, Any]:
     person, recruitment, place = patient.anthropometry, patient.recruitment, patient.placement
     length_mm = 1e3 * person.size.forearm
     scale = length_mm / ADULT_FOREARM_MM
-    points = tuple(replace(point, along_mm=scale * point.along_mm) for point in MOTOR_POINTS)
+    points = tuple(_moved(point, scale, patient.anatomy.motor_points.get(point.muscle, _NOWHERE))
+                   for point in MOTOR_POINTS)
     return {
         "radius_mm": person.forearm_radius_mm, "length_mm": length_mm, "motor_points": points,
         "axons": replace(AxonScatter(), spread=recruitment.spread),
@@ -101,6 +111,28 @@ def electrodes(patient: Patient, elements: int) -> dict[str, Any]:
         "threshold": tuple(recruitment.threshold * recruitment.thresholds.get(name, 1.0) for name in MUSCLES),
         "shift_mm": place.along_mm + (scale - 1.0) * DORSAL.centre_mm, "shift_deg": place.around_deg,
         "skin_gain": skin_gains(patient, elements)}
+
+
+_NOWHERE = (0.0, 0.0, 0.0)
+
+
+def _moved(point: MotorPoint, scale: float, shift: Triple) -> MotorPoint:
+    """Motor point of a person: scaled along the forearm, then displaced along, around, and in depth."""
+    along, around, depth = shift
+    return replace(point, along_mm=max(scale * point.along_mm + along, 1.0),
+                   around_deg=point.around_deg + around, depth_mm=max(point.depth_mm + depth, LEAST_DEPTH_MM))
+
+
+def sensors(patient: Patient) -> dict[str, Any]:
+    """Parameters of `imus`: how the sensors were put on that day."""
+    placed = patient.sensors
+    parameters: dict[str, Any] = {}
+    if placed.mounting_deg:
+        parameters["mounting_deg"] = dict(placed.mounting_deg)
+    if placed.sag_deg is not None:
+        parameters["soft_tissue"] = {"sag_deg": placed.sag_deg,
+                                     "outwards": (patient.hand_size.outwards, 0.0, 0.0)}
+    return parameters
 
 
 def skin_gains(patient: Patient, elements: int) -> tuple[float, ...]:
@@ -131,6 +163,8 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
         if not elements:
             del parameters["skin_gain"]
         return _plain(parameters)
+    if kind == "imus":
+        return _plain(sensors(patient))
     if kind == "safety":
         return safety(patient, own)
     return {}
@@ -241,10 +275,12 @@ def member_of(patient: Patient, spread: CohortSpread, cohort: int, number: int) 
     muscle = replace(
         muscle, delay_ms=draws.near("delay", muscle.delay_ms, spread.delay_ms, limits["delay_ms"]),
         natural_rad_s=draws.scaled("natural", muscle.natural_rad_s, spread.natural, limits["natural_rad_s"]))
-    passive = replace(passive, mcp_n_m_per_rad=draws.scaled(
-        "mcp", passive.mcp_n_m_per_rad, spread.mcp, LIMITS["passive"]["mcp_n_m_per_rad"]))
+    passive = replace(passive, rest_deg=_rest(passive.rest_deg, spread.rest_deg, draws),
+                      mcp_n_m_per_rad=draws.scaled("mcp", passive.mcp_n_m_per_rad, spread.mcp,
+                                                   LIMITS["passive"]["mcp_n_m_per_rad"]))
+    measures = _measures(patient.anthropometry, spread, draws)
     return replace(
-        patient, anthropometry=_measures(patient.anthropometry, spread, draws),
+        patient, anthropometry=measures, anatomy=_anatomy(patient.anatomy, measures, spread, draws),
         strength=_strength(patient.strength, spread, draws),
         recruitment=_recruitment(patient.recruitment, spread, draws), muscle=muscle, passive=passive,
         fatigue=_fatigue(patient.fatigue, spread.endurance, draws),
@@ -259,6 +295,52 @@ def _measures(person: Anthropometry, spread: CohortSpread, draws: Draws) -> Anth
         person, hand_mm=draws.near("hand", person.hand_mm, spread.hand_mm, limits["hand_mm"]),
         forearm_radius_mm=draws.near("forearm radius", person.forearm_radius_mm, spread.forearm_radius_mm,
                                      limits["forearm_radius_mm"]))
+
+
+def _anatomy(anatomy: Anatomy, measures: Anthropometry, spread: CohortSpread, draws: Draws) -> Anatomy:
+    """Random bones, joints and motor points; those that do not vary stay as they are."""
+    limits = LIMITS["anatomy"]
+    motor = (spread.motor_along_mm, spread.motor_around_deg, spread.motor_depth_mm)
+    width = WIDTH_RATIO * measures.hand_mm if anatomy.width_mm is None else anatomy.width_mm
+    return Anatomy(
+        lengths={bone: draws.scaled(f"length {bone}", anatomy.lengths.get(bone, 1.0), spread.length,
+                                    limits["lengths"]) for bone in BONES} if spread.length
+        else anatomy.lengths,
+        joints_mm=_shifted("joint", anatomy.joints_mm, FINGERS, (spread.joint_mm,) * 3, limits["joints_mm"],
+                           draws),
+        axes_deg=_shifted("axes", anatomy.axes_deg, JOINTED, (spread.axis_deg / math.sqrt(3.0),) * 3,
+                          limits["axes_deg"], draws),
+        width_mm=draws.near("width", width, spread.width_mm, limits["width_mm"]) if spread.width_mm
+        else anatomy.width_mm,
+        motor_points=_shifted("motor point", anatomy.motor_points, EXTRINSIC, motor, limits["motor_points"],
+                              draws))
+
+
+def _shifted(quantity: str, middles: Mapping[str, Triple], names: Sequence[str], sds: Triple, limits: Limits,
+             draws: Draws) -> dict[str, Triple]:
+    """Random vectors around `middles`, by name, with a standard deviation of each component."""
+    if not any(sds):
+        return dict(middles)
+
+    def component(name: str, i: int) -> float:
+        return draws.near(f"{quantity} {name} {i}", middles.get(name, _NOWHERE)[i], sds[i], limits)
+
+    return {name: (component(name, 0), component(name, 1), component(name, 2)) for name in names}
+
+
+def _rest(rest_deg: Mapping[str, float], sd: float, draws: Draws) -> dict[str, float]:
+    """Random resting posture of the flexions; half of the variance is common to the fingers."""
+    if not sd:
+        return dict(rest_deg)
+    common = draws.near("rest of all fingers", 0.0, sd * math.sqrt(0.5), (-90.0, 90.0))
+    found = dict(rest_deg)
+    for freedom, (low, high) in RANGES_DEG.items():
+        if freedom.endswith("_flexion"):
+            several = freedom[:2] in FINGERS[1:]
+            middle = rest_deg.get(freedom, RESTING_DEG[freedom]) + common * several
+            found[freedom] = draws.near(f"rest {freedom}", min(max(middle, low + 1.0), high - 1.0),
+                                        sd * math.sqrt(0.5 if several else 1.0), (low + 1.0, high - 1.0))
+    return found
 
 
 def _strength(strength: Strength, spread: CohortSpread, draws: Draws) -> Strength:
@@ -316,7 +398,8 @@ def on_day_of(patient: Patient, spread: DaySpread, number: int) -> Patient:
     draws = Draws(0, f"patient/{patient.name}/day", number)
     strength, recruitment, muscle = patient.strength, patient.recruitment, patient.muscle
     return replace(
-        patient, placement=_placement(patient, spread, draws),
+        patient, placement=_placement(patient, spread, draws), sensors=_worn(patient.sensors, spread, draws),
+        calibration=_measured(patient.calibration, spread, draws),
         strength=replace(strength, overall=draws.scaled(
             "strength", strength.overall, spread.strength, LIMITS["strength"]["overall"])),
         recruitment=replace(recruitment, threshold=draws.scaled(
@@ -339,6 +422,42 @@ def _placement(patient: Patient, spread: DaySpread, draws: Draws) -> Placement:
         element_sd=max(place.element_sd, spread.element), skin_seed=draws.new_seed("skin"))
 
 
+def _worn(sensors: SensorPlacement, spread: DaySpread, draws: Draws) -> SensorPlacement:
+    """Random mounting of the sensors on a day; half of its variance is common to a strip."""
+    if not spread.mounting_deg and not spread.sag_deg:
+        return sensors
+    limits, sd = LIMITS["sensors"], spread.mounting_deg / math.sqrt(6.0)
+    names = ("forearm", *JOINTED)
+    strips = _shifted("strip", {}, (*FINGERS, "forearm", "hand"), (sd,) * 3, limits["mounting_deg"], draws)
+    middles = {name: _sum(sensors.mounting_deg.get(name, _NOWHERE), strips.get(name[:2], strips.get(name)))
+               for name in names} if spread.mounting_deg else dict(sensors.mounting_deg)
+    sag = sensors.sag_deg or 0.0
+    return SensorPlacement(
+        mounting_deg=_shifted("mounting", middles, names, (sd,) * 3, limits["mounting_deg"], draws),
+        sag_deg=draws.near("sag", sag, spread.sag_deg, limits["sag_deg"]) if spread.sag_deg
+        else sensors.sag_deg)
+
+
+def _sum(first: Triple, second: Triple | None) -> Triple:
+    x, y, z = second or _NOWHERE
+    return first[0] + x, first[1] + y, first[2] + z
+
+
+def _measured(calibration: Calibration, spread: DaySpread, draws: Draws) -> Calibration:
+    """Random errors of the held pose and of the ruler on a day."""
+    limits = LIMITS["calibration"]
+    errors = dict(calibration.pose_error_deg)
+    if spread.pose_deg:
+        errors = {freedom: draws.near(f"pose {freedom}", errors.get(freedom, 0.0), spread.pose_deg,
+                                      limits["pose_error_deg"]) for freedom in FREEDOMS}
+    return Calibration(
+        pose_error_deg=errors,
+        hand_error_mm=draws.near("ruler hand", calibration.hand_error_mm, spread.ruler_mm,
+                                 limits["hand_error_mm"]),
+        width_error_mm=draws.near("ruler width", calibration.width_error_mm, spread.ruler_mm,
+                                  limits["width_error_mm"]))
+
+
 GREATEST_NUMBER = 2**31 - 1
 """Greatest number of a cohort, member or day (chosen)."""
 
@@ -352,8 +471,9 @@ class Patient:
     name: name of the preset or of the variant: "sci_c6", "sci_c6.1.3" (cohort 1, member 3),
         "sci_c6.1.3 day 2". Random values depend on it.
     description: description for readers.
-    anthropometry, strength, recruitment, muscle, voluntary, passive, placement: sections of the file;
-        defaults are those of an able-bodied adult.
+    anthropometry, anatomy, strength, recruitment, muscle, voluntary, passive, placement, sensors,
+        calibration: sections of the file; defaults are those of an able-bodied adult of average proportions,
+        with sensors and electrodes in their places and measured without error.
     tolerance: limits of stimulation below those of the `safety` block.
     fatigue, spasticity, tremor: None for a patient without.
     cohort, day: variation between patients of this kind, and between days; None in a variant.
@@ -364,6 +484,7 @@ class Patient:
     name: str
     description: str = ""
     anthropometry: Anthropometry = field(default_factory=Anthropometry)
+    anatomy: Anatomy = field(default_factory=Anatomy)
     strength: Strength = field(default_factory=Strength)
     recruitment: Recruitment = field(default_factory=Recruitment)
     muscle: MuscleDynamics = field(default_factory=MuscleDynamics)
@@ -373,6 +494,8 @@ class Patient:
     spasticity: Spasticity | None = None
     tremor: Tremor | None = None
     placement: Placement = field(default_factory=Placement)
+    sensors: SensorPlacement = field(default_factory=SensorPlacement)
+    calibration: Calibration = field(default_factory=Calibration)
     tolerance: Tolerance = field(default_factory=Tolerance)
     cohort: CohortSpread | None = None
     day: DaySpread | None = None
@@ -384,8 +507,16 @@ class Patient:
 
     @property
     def hand_size(self) -> HandSize:
-        """Measures of the hand for trackers and other blocks."""
-        return self.anthropometry.size
+        """The hand itself, for plants."""
+        return self.anatomy.of(self.anthropometry.size)
+
+    @property
+    def measured_hand(self) -> HandSize:
+        """The hand as a clinician measures it, for trackers and controllers: side, length and width."""
+        measures, hand, errors = self.anthropometry.size, self.hand_size, self.calibration
+        length = measures.hand_mm * (hand.reach / measures.reach) + errors.hand_error_mm
+        width = None if hand.width_mm is None else hand.width_mm + errors.width_error_mm
+        return replace(measures, hand_mm=length, width_mm=width)
 
     def hand(self) -> dict[str, Any]:
         """Parameters of the `hand` and the `myohand` plant."""
@@ -405,7 +536,13 @@ class Patient:
 
     def table(self) -> dict[str, Any]:
         """Plain tables of the patient's file."""
-        return cast("dict[str, Any]", plain(self))
+        tables = cast("dict[str, Any]", plain(self))
+        # A patient of average proportions has the table, and so the fingerprint, of one who knows no others.
+        for key, usual in (("anatomy", Anatomy()), ("sensors", SensorPlacement()),
+                           ("calibration", Calibration())):
+            if getattr(self, key) == usual:
+                del tables[key]
+        return tables
 
     def _contradictions(self) -> Iterator[InputError]:
         if not self.name:

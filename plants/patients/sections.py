@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
-from fesloop.errors import InputError, InputErrors
-from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.movements import MUSCLES, muscle
+import numpy as np
+
+from fesloop.errors import InputError, InputErrors, did_you_mean
+from fesloop.hand.anthropometry import BONES, FINGERS, JOINTED, HandSize
+from fesloop.hand.movements import EXTRINSIC, FREEDOMS, MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from plants.hand.model import require_in_range, resting_posture
 from plants.muscles.lags import CONDITIONS, MuscleFatigue
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex, chosen
 
 Limits = tuple[float, float]
+Triple = tuple[float, float, float]
 
 LIMITS: dict[str, dict[str, Limits]] = {
     # (chosen: hands from a child of eight years to the largest; arms long enough for arrays of 96 mm)
@@ -41,6 +44,12 @@ LIMITS: dict[str, dict[str, Limits]] = {
     # Shifts of +-10 mm, +-10 deg are to be expected; greater ones are mistakes in putting on the arrays.
     "placement": {"along_mm": (-40.0, 40.0), "around_deg": (-45.0, 45.0), "skin": (0.05, 1.5),
                   "element_sd": (0.0, 1.0), "skin_seed": (0.0, 2.0**53)},
+    # (chosen: several sd of what people differ by; joints, axes and motor points beyond these are mistakes)
+    "anatomy": {"lengths": (0.7, 1.4), "joints_mm": (-20.0, 20.0), "axes_deg": (-30.0, 30.0),
+                "width_mm": (50.0, 130.0), "motor_points": (-60.0, 60.0)},
+    "sensors": {"mounting_deg": (-45.0, 45.0), "sag_deg": (0.0, 20.0)},
+    "calibration": {"pose_error_deg": (-60.0, 60.0), "hand_error_mm": (-20.0, 20.0),
+                    "width_error_mm": (-20.0, 20.0)},
     # Stimulators give 126 mA, 126 mA x 500 us = 63 uC, and 50 of them a second.
     "tolerance": {"current_max_ma": (1.0, 126.0), "charge_max_uc": (0.1, 63.0),
                   "charge_per_s_max_uc": (0.1, 3150.0)},
@@ -49,7 +58,10 @@ LIMITS: dict[str, dict[str, Limits]] = {
 SPREADS: dict[str, Limits] = {
     "hand_mm": (0.0, 40.0), "forearm_radius_mm": (0.0, 15.0), "delay_ms": (0.0, 50.0),
     "voluntary": (0.0, 0.5), "denervated": (0.0, 0.5), "along_mm": (0.0, 20.0), "around_deg": (0.0, 20.0),
-    "tremor_hz": (0.0, 5.0)}
+    "tremor_hz": (0.0, 5.0), "length": (0.0, 0.1), "joint_mm": (0.0, 8.0), "axis_deg": (0.0, 12.0),
+    "width_mm": (0.0, 15.0), "motor_along_mm": (0.0, 20.0), "motor_around_deg": (0.0, 20.0),
+    "motor_depth_mm": (0.0, 5.0), "rest_deg": (0.0, 20.0), "mounting_deg": (0.0, 20.0),
+    "sag_deg": (0.0, 5.0), "pose_deg": (0.0, 20.0), "ruler_mm": (0.0, 8.0)}
 """Ranges of standard deviations; all others are of logarithms, and range from 0 to 1."""
 
 _UNITS = {"_mm": " mm", "_deg": " deg", "_ms": " ms", "_s": " s", "_per_s": " 1/s", "_rad_s": " rad/s",
@@ -70,13 +82,15 @@ def _faults(section: str, parameters: Any, limits: Mapping[str, Limits],
     for key, (low, high) in limits.items():
         value = getattr(parameters, key)
         named = value.items() if isinstance(value, Mapping) else (("", value),)
-        for name, number in named:
+        for name, several in named:
             where = f"{section}.{key}" + (f".{name}" if name else "")
             if key in muscle_tables and name not in MUSCLES:
                 yield _unknown_muscle(where, name)
-            elif number is not None and not (math.isfinite(number) and low <= number <= high):
-                unit = next((unit for end, unit in reversed(_UNITS.items()) if key.endswith(end)), "")
-                yield InputError(where, f"{number:g}{unit}", f"{low:g} to {high:g}{unit}")
+                continue
+            for number in several if isinstance(several, tuple) else (several,):
+                if number is not None and not (math.isfinite(number) and low <= number <= high):
+                    unit = next((unit for end, unit in reversed(_UNITS.items()) if key.endswith(end)), "")
+                    yield InputError(where, f"{number:g}{unit}", f"{low:g} to {high:g}{unit}")
 
 
 def _unknown_muscle(where: str, name: str) -> InputError:
@@ -118,6 +132,93 @@ class Anthropometry:
     def size(self) -> HandSize:
         """Measures of the hand for skeleton and trackers."""
         return HandSize(side=self.side, hand_mm=self.hand_mm, forearm_mm=self.forearm_mm)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Anatomy:
+    """Deviations of a person's bones, joints and nerves from proportion; empty: none.
+
+    Trackers, controllers and searches are told none of it.
+
+    Attributes
+    ----------
+    lengths: factors on the functional lengths of bones, by segment.
+    joints_mm: displacement of the first joint of a digit on the palm, by digit: dorsal, distal, ulnar.
+    axes_deg: tilt of the axes of the joint that moves a segment, by segment: a rotation vector about the
+        segment's x, y and z.
+    width_mm: of the hand across the MCP joints; default: in proportion to its length.
+    motor_points: displacement of motor points, by muscle: along the forearm, mm, around it, deg, and in
+        depth, mm.
+    """
+
+    lengths: dict[str, float] = field(default_factory=dict)
+    joints_mm: dict[str, Triple] = field(default_factory=dict)
+    axes_deg: dict[str, Triple] = field(default_factory=dict)
+    width_mm: float | None = None
+    motor_points: dict[str, Triple] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        _require_names("anatomy.lengths", self.lengths, BONES)
+        _require_names("anatomy.joints_mm", self.joints_mm, FINGERS)
+        _require_names("anatomy.axes_deg", self.axes_deg, JOINTED)
+        _require_names("anatomy.motor_points", self.motor_points, EXTRINSIC)
+        refuse("anatomy", self, LIMITS["anatomy"])
+
+    def of(self, measures: HandSize) -> HandSize:
+        """The hand of these measures with this anatomy."""
+        scales = np.array([self.lengths.get(bone, 1.0) for bone in BONES]).reshape(5, 3)
+        shifts = tuple(self.joints_mm.get(digit, (0.0, 0.0, 0.0)) for digit in FINGERS)
+        return replace(
+            measures, axes_deg=dict(self.axes_deg), width_mm=self.width_mm,
+            segments_mm=_rows(1e3 * scales * measures.segments) if self.lengths else measures.segments_mm,
+            joints_mm=cast("Any", shifts) if self.joints_mm else measures.joints_mm)
+
+
+def _rows(table: Any) -> Any:
+    return tuple(tuple(float(each) for each in row) for row in table)
+
+
+def _require_names(where: str, table: Mapping[str, Any], names: Sequence[str]) -> None:
+    for name in table:
+        if name not in names:
+            raise InputError(f"{where}.{name}", "is unknown", ", ".join(names), did_you_mean(name, names))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorPlacement:
+    """Sensors as they were put on, on one day.
+
+    Attributes
+    ----------
+    mounting_deg: rotation of a sensor against its segment, by segment: a rotation vector about x, y and z.
+    sag_deg: rotation of the sensors by 1 g along the skin (`plants.imus`); None: rigid mounting.
+    """
+
+    mounting_deg: dict[str, Triple] = field(default_factory=dict)
+    sag_deg: float | None = None
+
+    def __post_init__(self) -> None:
+        _require_names("sensors.mounting_deg", self.mounting_deg, ("forearm", *JOINTED))
+        refuse("sensors", self, LIMITS["sensors"])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Calibration:
+    """Errors of what a clinician measures and holds, on one day.
+
+    Attributes
+    ----------
+    pose_error_deg: difference of the pose that is held from the standard pose, by freedom.
+    hand_error_mm, width_error_mm: errors of the ruler.
+    """
+
+    pose_error_deg: dict[str, float] = field(default_factory=dict)
+    hand_error_mm: float = 0.0
+    width_error_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_names("calibration.pose_error_deg", self.pose_error_deg, FREEDOMS)
+        refuse("calibration", self, LIMITS["calibration"])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -365,6 +466,10 @@ class CohortSpread:
     strength, muscle_strength: strength of all muscles together, and in addition of each muscle.
     threshold, muscle_threshold: likewise.
     natural, endurance, mcp, spasticity: natural frequency, endurance, MCP stiffness, reflex gain.
+    length, joint_mm, axis_deg, width_mm: bones' lengths, first joints of the digits (each direction), tilt of
+        each joint's axes (root mean square), and width of the hand, mm.
+    motor_along_mm, motor_around_deg, motor_depth_mm: motor points.
+    rest_deg: resting posture, of each freedom and, half of it, of all fingers alike.
     """
 
     hand_mm: float = 0.0
@@ -381,6 +486,14 @@ class CohortSpread:
     mcp: float = 0.0
     spasticity: float = 0.0
     tremor_hz: float = 0.0
+    length: float = 0.0
+    joint_mm: float = 0.0
+    axis_deg: float = 0.0
+    width_mm: float = 0.0
+    motor_along_mm: float = 0.0
+    motor_around_deg: float = 0.0
+    motor_depth_mm: float = 0.0
+    rest_deg: float = 0.0
 
     def __post_init__(self) -> None:
         refuse("cohort", self, spread_limits(tuple(each.name for each in fields(self))))
@@ -396,6 +509,9 @@ class DaySpread:
         logarithms:
     skin, element: fraction of the current that passes the skin, of all elements together and of each.
     strength, threshold, endurance, spasticity: as in a cohort.
+    mounting_deg: rotation of each sensor against its segment, root mean square; half of its square is common
+        to the sensors of a strip. sag_deg: sag of the sensors on the skin.
+    pose_deg: held pose against the standard pose, of each freedom. ruler_mm: measured length and width.
     """
 
     along_mm: float = 0.0
@@ -407,6 +523,10 @@ class DaySpread:
     delay_ms: float = 0.0
     endurance: float = 0.0
     spasticity: float = 0.0
+    mounting_deg: float = 0.0
+    sag_deg: float = 0.0
+    pose_deg: float = 0.0
+    ruler_mm: float = 0.0
 
     def __post_init__(self) -> None:
         refuse("day", self, spread_limits(tuple(each.name for each in fields(self))))

@@ -15,6 +15,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.registry import Patient
 from fesloop.forms.schema import Kinds, ReadsFile, closed, hints_of, plain
 from fesloop.hand.anthropometry import HandSize
+from fesloop.loop.block import is_plant
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import (
     PatientModel,
@@ -91,7 +92,7 @@ def _parameters(table: Mapping[str, Any], patient: Patient, kinds: Kinds) -> dic
     kind = table["kind"]
     added = dict(patient.parameters(kind, table))
     if hints_of(kinds[kind]).get("hand") is HandSize:
-        added["hand"] = plain(patient.hand_size)
+        added["hand"] = plain(patient.hand_size if is_plant(kinds[kind]) else patient.measured_hand)
     return added
 
 

@@ -42,7 +42,7 @@ def test_every_block_is_told_of_the_patient(name):
                         ("electrodes", patient.electrodes())):
         for key, value in told.items():
             assert getattr(parts[block], key) == value, (block, key)
-    assert parts["tracker"].hand == patient.hand_size
+    assert parts["tracker"].hand == patient.measured_hand
 
 
 def test_what_the_experiment_says_of_a_block_wins():
