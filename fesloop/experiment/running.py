@@ -14,7 +14,6 @@ from types import FrameType
 from typing import Any
 
 from fesloop.errors import FesloopError, InputError, RunError
-from fesloop.experiment.metrics.lateness import realtime_summary
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter, TimedBlock, timed
@@ -323,7 +322,7 @@ def run(experiment: ExperimentSpecification, out: Path, *, realtime: bool | Paci
                 wall_s = time.perf_counter() - began
                 writer.close(status, wall_s, this.outcome)
     with Recording(writer.path) as recording:
-        metrics, kept_time = _scored(recording, status), realtime_summary(recording)
+        metrics, kept_time = _scored(recording, status), _kept_time(recording) if pacing else {}
     return Result(experiment=experiment.name, seed=experiment.seed, status=status, recording=writer.path,
                   metrics=metrics, wall_s=wall_s, realtime_factor=this.simulated_ns / NS_PER_S / wall_s,
                   cause=cause, deadlines=kept_time.get("deadlines", 0),
@@ -380,6 +379,13 @@ def _ran(this: UnderWay) -> tuple[str, str]:
         return "interrupted", ""
     except RunError as fault:
         return "failed", " ".join(str(fault).split())
+
+
+def _kept_time(recording: Recording) -> dict[str, Any]:
+    """How a run kept in step with the wall clock."""
+    from fesloop.experiment.metrics.lateness import realtime_summary  # other runs do without
+
+    return realtime_summary(recording)
 
 
 def _scored(recording: Recording, status: str) -> dict[str, Any]:

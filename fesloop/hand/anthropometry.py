@@ -20,7 +20,6 @@ Three = tuple[float, float, float]
 
 FINGERS = ("F1", "F2", "F3", "F4", "F5")
 BONES = tuple(f"{finger}{bone}" for finger in FINGERS for bone in ("mpd" if finger == "F1" else "pmd"))
-BONES = tuple(f"{finger}{bone}" for finger in FINGERS for bone in ("mpd" if finger == "F1" else "pmd"))
 """Bones of the digits, from the palm to the tip."""
 PARTS = ("palm", *BONES)
 """Parts of the hand that touch objects."""

@@ -20,6 +20,7 @@ from fesloop.hand.segments import AXES, MOTIONS
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
+from plants.hand.assist import Hold
 from plants.hand.model import PALM
 from plants.hand.scene import GraspObject, Table, give
 
@@ -354,9 +355,11 @@ def turn_forearm(state: HandState, start: Array, target: Value) -> None:
 
 
 def advance_to(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | None, table: Table | None,
-               state: HandState, stop_ns: int, step_ns: int) -> None:
+               hold: Hold | None, state: HandState, stop_ns: int, step_ns: int) -> None:
     """Step until `stop_ns`; RunError if the simulation becomes unstable."""
     while state.time_ns < stop_ns:
+        if hold is not None and state.time_ns <= hold.over_ns + step_ns:
+            hold.press(state.data, state.time_ns)
         if table is not None:
             _lower(table, state)
         if not state.given and thing is not None:

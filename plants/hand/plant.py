@@ -20,6 +20,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
+from plants.hand.assist import Assistance, Hold, add_hold, require_time
 from plants.hand.contract import (
     PALM_DOWN,
     Bounds,
@@ -63,26 +64,28 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """The state from which MuJoCo continues bit for bit."""
 
 
-def settled(model: mujoco.MjModel, positions: Array, steps: int) -> mujoco.MjData:
-    """New data of a model, `steps` after rest at `positions` (nq,), with time 0."""
+def settled(model: mujoco.MjModel, positions: Array, steps: int, hold: Hold | None = None) -> mujoco.MjData:
+    """New data of a model, `steps` after rest at `positions` (nq,), with time 0; `hold` acts all the time."""
     data = mujoco.MjData(model)
     if not steps:
         data.qpos[:] = positions
         return data
     content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, content)
-    state = _settled_state(content.tobytes(), positions.tobytes(), steps)
+    state = _settled_state(content.tobytes(), positions.tobytes(), steps, hold)
     mujoco.mj_setState(model, data, np.frombuffer(state), _STATE)
     return data
 
 
 @lru_cache(maxsize=_KEPT)
-def _settled_state(content: bytes, positions: bytes, steps: int) -> bytes:
+def _settled_state(content: bytes, positions: bytes, steps: int, hold: Hold | None) -> bytes:
     """MuJoCo's state for `settled`, cached by all bytes of the model."""
     model = mujoco.MjModel.from_binary_path("hand.mjb", {"hand.mjb": content})
     data = mujoco.MjData(model)
     data.qpos[:] = np.frombuffer(positions)
-    for _ in range(steps):
+    for number in range(steps):
+        if hold is not None:
+            hold.approach(data, number / steps)
         mujoco.mj_step(model, data)
     data.time = 0.0
     state = np.empty(mujoco.mj_stateSize(model, _STATE))
@@ -130,6 +133,7 @@ class Hand:
     rest_deg: resting posture by freedom, in place of that of `plants.hand.model`.
     start_deg: posture at the start by freedom, such as open fingers; other freedoms start at rest.
     settle_s: time for which the relaxed hand settles, in gravity and its splints, before the start.
+    assist: pose into which a therapist brings the hand while it settles, and holds it from the start on.
     splint_deg: angles of freedoms held by a splint, such as the wrist's.
     elastic_deg: angles to which springs pull freedoms, such as the wrist's by a dynamic splint.
     elastic_n_m_rad: stiffness of these springs (chosen, for a wrist: hand and stimulated fingers bend it by
@@ -153,6 +157,7 @@ class Hand:
     rest_deg: dict[str, float] = field(default_factory=dict)
     start_deg: dict[str, float] = field(default_factory=dict)
     settle_s: float = 0.0
+    assist: Assistance | None = None
     splint_deg: dict[str, float] = field(default_factory=dict)
     elastic_deg: dict[str, float] = field(default_factory=dict)
     elastic_n_m_rad: float = 0.5
@@ -173,11 +178,13 @@ class Hand:
     _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _parts: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _bounds: Bounds = field(init=False, repr=False, compare=False)
+    _hold: Hold | None = field(init=False, repr=False, compare=False)
     _grid: RateClock = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_hand("hand", self)
         require_not_negative("hand", self, "elastic_n_m_rad", "settle_s")
+        require_time("hand", self.assist, self.settle_s)
         tree = hand_tree(self.hand)
         for key in ("rest_deg", "start_deg", "splint_deg", "elastic_deg"):
             require_posture(f"hand.{key}", tree, getattr(self, key))
@@ -208,6 +215,9 @@ class Hand:
         build_hand(spec, tree, self.hand, self._forearm(), arms)
         add_muscles(spec, rows, np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension,
                     -arms @ rest)
+        object.__setattr__(self, "_hold", None if self.assist is None else add_hold(
+            spec, {name: name for name in tree.freedoms if name not in self.splint_deg},
+            self.assist.held_deg(tree), self.assist))
         if self.forearm_moves:
             add_forearm_drive(spec)
         # In a fixed order: the order of constraints changes the last bits of results.
@@ -249,7 +259,8 @@ class Hand:
         """State at the start, with muscles at rest."""
         positions = self.model.qpos0.copy()
         positions[self._hinges()] = self._start
-        data = settled(self.model, positions, round(self.settle_s * NS_PER_S / self._grid.period_num))
+        steps = round(self.settle_s * NS_PER_S / self._grid.period_num)
+        data = settled(self.model, positions, steps, self._hold)
         return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
@@ -257,7 +268,8 @@ class Hand:
         state.views.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
         if self.forearm_moves:
             turn_forearm(state, self._forearm(), inputs[1])
-        advance_to(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
+        advance_to(self.model, self._bounds, self.object, self.table, self._hold, state, stop_ns,
+                   self._grid.period_num)
 
     def _forearm(self) -> Array:
         """Orientation of the forearm at the start."""

@@ -18,6 +18,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
+from plants.hand.assist import Assistance, Hold, add_hold, require_time
 from plants.hand.contract import (
     PALM_DOWN,
     Bounds,
@@ -89,7 +90,7 @@ class MyoHand:
     ----------
     hand: MyoHand's own; other values are refused. Trackers take its measures from the attribute `size`.
     forearm_orientation, forearm_moves, strength, stiffness, damping, passive_tension, contracture, object,
-        table, step_ms, elastic_n_m_rad, settle_s: as in `hand`.
+        table, step_ms, elastic_n_m_rad, settle_s, assist: as in `hand`.
     rest_deg, start_deg, splint_deg, elastic_deg: as in `hand`, to within 20 deg, as near as MyoHand's joints
         allow; `F1_cmc_pronation` has the lowest priority, within 45 deg, is held only with the freedoms that
         it follows from, and has no spring.
@@ -105,6 +106,7 @@ class MyoHand:
     rest_deg: dict[str, float] = field(default_factory=dict)
     start_deg: dict[str, float] = field(default_factory=dict)
     settle_s: float = 0.0
+    assist: Assistance | None = None
     splint_deg: dict[str, float] = field(default_factory=dict)
     elastic_deg: dict[str, float] = field(default_factory=dict)
     elastic_n_m_rad: float = 0.5
@@ -128,11 +130,13 @@ class MyoHand:
     _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _parts: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _bounds: Bounds = field(init=False, repr=False, compare=False)
+    _hold: Hold | None = field(init=False, repr=False, compare=False)
     _grid: RateClock = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_hand("myohand", self)
         require_not_negative("myohand", self, "elastic_n_m_rad", "settle_s")
+        require_time("myohand", self.assist, self.settle_s)
         for name in self.as_shipped:
             if name not in NAMES:
                 raise InputError("myohand.as_shipped", f"{name!r}", ", ".join(NAMES))
@@ -156,6 +160,9 @@ class MyoHand:
         patch(spec, self.as_shipped)
         set_muscles(spec, np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension)
         weld_arm(spec, shipped, found, self._forearm(), 1e-3 * self.step_ms)
+        hold = None if self.assist is None else add_hold(
+            spec, {name: joint for name, joint in JOINTS.items() if name not in self.splint_deg},
+            self.assist.held_deg(tree), self.assist)
         if self.forearm_moves:
             add_forearm_drive(spec)
         set_skin(spec)
@@ -189,6 +196,7 @@ class MyoHand:
                 ("_sites", np.array([model.site(f"imu {name}").id for name in tree.names])),
                 ("_tips", np.array([model.site(f"tip {name}").id for name in TIPS])),
                 ("_parts", parts_of_geoms(model)),
+                ("_hold", hold),
                 ("_bounds", stable_bounds(model)),
                 ("_grid", RateClock(duration_ns(self.step_ms, NS_PER_MS, "myohand.step_ms"), 1))):
             object.__setattr__(self, key, value)
@@ -220,7 +228,8 @@ class MyoHand:
         """State at the start, with muscles at rest."""
         positions = self.model.qpos0.copy()
         positions[self._joints.places] = self._start
-        data = settled(self.model, positions, round(self.settle_s * NS_PER_S / self._grid.period_num))
+        steps = round(self.settle_s * NS_PER_S / self._grid.period_num)
+        data = settled(self.model, positions, steps, self._hold)
         return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
@@ -228,7 +237,8 @@ class MyoHand:
         state.views.ctrl[:self._activated.size] = cast(Array, inputs[0])[self._activated]
         if self.forearm_moves:
             turn_forearm(state, self._forearm(), inputs[1])
-        advance_to(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
+        advance_to(self.model, self._bounds, self.object, self.table, self._hold, state, stop_ns,
+                   self._grid.period_num)
 
     def _forearm(self) -> Array:
         """Orientation of the forearm at the start."""

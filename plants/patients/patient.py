@@ -153,6 +153,8 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
         parameters = hand(patient)
         if kind == "myohand":
             del parameters["hand"]  # MyoHand has its own size
+        if own.get("assist"):
+            parameters["assist"] = {"error_deg": dict(patient.calibration.pose_error_deg)}
         return _plain(parameters)
     if kind == "muscles":
         model = own.get("model")

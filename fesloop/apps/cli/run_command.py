@@ -15,7 +15,6 @@ from fesloop.errors import FesloopError, InputError
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.files.layout import guide_of
 from fesloop.experiment.files.parse import load_picked
-from fesloop.experiment.metrics.lateness import class_names
 from fesloop.experiment.metrics.missing import MISSING, reasons_of
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.experiment.running import Experiment, Result, run
@@ -126,6 +125,8 @@ def _pacing_rows(realtime: dict[str, Any]) -> list[list[str]]:
     """Rows on how a run kept in step with the wall clock; none for a run that did not have to."""
     if not realtime:
         return []
+    from fesloop.experiment.metrics.lateness import class_names  # other runs do without
+
     rows = [["missed deadlines", f"{realtime['missed']} of {realtime['deadlines']}, "
              f"later than {realtime['period_ms']:g} ms ({realtime['policy']})"]]
     rows += [[words, "  ".join(f"{name} {value:.3f}" for name, value in realtime[key].items())]

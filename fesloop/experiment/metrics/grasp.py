@@ -226,7 +226,8 @@ def _why_no_count(trial: _Trial) -> str:
     if math.isnan(margin):
         return "the least grip force is not known: set needed_n"
     if margin < 1.0:
-        return "what is measured presses by less than holds the object: it rests on the hand, or other parts carry it"
+        return ("what is measured presses by less than holds the object: it rests on the hand, or others "
+                "carry it")
     _, fitness = trial.whole(str(trial.score.fitness))
     active = trial.hold(str(trial.score.activation)).mean(axis=0)
     if len(fitness) and math.isfinite(fitness_ratio(active, fitness[0], fitness[-1])):

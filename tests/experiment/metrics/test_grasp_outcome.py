@@ -149,7 +149,7 @@ def test_what_nothing_holds_falls_no_farther_than_the_floor(above_m, speed_m_s):
     plant = HAND
     state = plant.init(Context("hand"))
     state.views.qpos[-5], state.views.qvel[-4] = above_m - FLOOR_M, -speed_m_s
-    advance_to(plant.model, plant._bounds, plant.object, None, state, 1_000_000_000, 1_000_000)
+    advance_to(plant.model, plant._bounds, plant.object, None, None, state, 1_000_000_000, 1_000_000)
     assert state.views.qpos[-5] == -FLOOR_M
     assert not state.views.qvel[-6:].any()
 

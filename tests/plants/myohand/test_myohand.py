@@ -12,13 +12,15 @@ from hypothesis import strategies as st
 
 from fesloop.errors import InputError, RunError
 from fesloop.hand import quaternion
-from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.anthropometry import PARTS, HandSize
 from fesloop.hand.kinematics import joint_angles, placed, relative_of_segments
 from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from plants.hand import Hand
+from plants.hand.assist import Assistance
+from plants.hand.contract import parts_of_geoms
 from plants.hand.scene import GraspObject, Table
 from plants.myohand import MyoHand
 from plants.myohand import model as myohand_model
@@ -263,6 +265,26 @@ def test_a_spring_pulls_the_wrist_as_it_does_that_of_our_hand(stiffness, off_deg
         _, loose = run(free, active(), 1.0)
         assert np.rad2deg(held["angles"][row]) == pytest.approx(-20.0, abs=off_deg)
         assert np.rad2deg(loose["angles"][row]) > 0.0
+
+
+def test_a_therapist_brings_it_into_a_pose_and_lets_it_go():
+    """Its little finger resists more than ours."""
+    pose = {f"F{i}_{joint}_flexion": 10.0 for i in range(2, 6) for joint in ("mcp", "pip", "dip")}
+    rows = [hand_tree(HandSize()).freedom(name) for name in pose]
+    ways = {"settle_s": 2.0, "splint_deg": {"wrist_flexion": 0.0, "wrist_abduction": 0.0}}
+    assisted = MyoHand(assist=Assistance(pose_deg=pose, until_s=0.5), **ways)
+    _, held = run(assisted, active(), 0.4)
+    assert np.rad2deg(held["angles"][rows]) == pytest.approx(10.0, abs=13.0)
+    _, released = run(assisted, active(), 4.0)
+    _, alone = run(MyoHand(**ways), active(), 4.0)
+    resting = np.rad2deg(alone["angles"][rows])
+    assert np.abs(resting - 10.0).max() > 20.0
+    np.testing.assert_allclose(np.rad2deg(released["angles"][rows]), resting, atol=2.0)
+
+
+def test_what_an_object_is_pressed_by_is_the_palm_and_the_digits():
+    assert parts_of_geoms(MyoHand().model).max() == len(PARTS) - 1
+    assert set(range(len(PARTS))) <= set(parts_of_geoms(MyoHand().model).tolist())
 
 
 def test_no_spring_pulls_where_there_is_no_joint():
