@@ -30,12 +30,12 @@ def test_age_that_is_not_compensated_costs_more(tmp_path):
 
 
 @pytest.mark.slow
-def test_two_fingers_pinch_a_tube_and_the_others_do_not_touch_it(tmp_path):
+def test_two_fingers_pinch_a_tube_and_carry_most_of_it(tmp_path):
     metrics = fesloop.load("pinch_mpc").run(tmp_path).metrics
     assert metrics["held"] == [True]
     force = metrics["grip_force_n"]
     assert force["F2"][0] + force["F3"][0] > 0.5
-    assert max(force["F4"][0], force["F5"][0]) < 0.1
+    assert force["F2"][0] + force["F3"][0] > 3.0 * (force["F4"][0] + force["F5"][0])
 
 
 @pytest.mark.slow
