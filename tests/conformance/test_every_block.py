@@ -324,8 +324,9 @@ def test_compiled_kernels_equal_plain_python():
     results = []
     for disabled in ("0", "1"):
         env = {**os.environ, "NUMBA_DISABLE_JIT": disabled}
-        done = subprocess.run([sys.executable, script], env=env, capture_output=True, text=True, check=True,
-                              timeout=300)
+        done = subprocess.run([sys.executable, script], env=env, capture_output=True, text=True,
+                              check=False, timeout=300)
+        assert done.returncode == 0, done.stderr[-2000:]
         results.append(json.loads(done.stdout))
     compiled, plain = results
     assert compiled.keys() == plain.keys() == set(KINDS)
