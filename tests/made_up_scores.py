@@ -3,9 +3,9 @@
 import numpy as np
 
 from fesloop.apps.reproduce import kortier2014, salchow2019
-from fesloop.apps.reproduce.salchow2019 import METHODS
+from fesloop.apps.reproduce.salchow2019 import DISTANCES, METHODS, PAIRS, TIPS, distance_key, tip_key
 
-MOTIONS = ("flexion", "circles", "pinch", "rapid", "flat", "mould", *salchow2019.TABLE_6, *salchow2019.PAIRS)
+MOTIONS = ("flexion", "circles", "pinch", "rapid", "flat", "mould", *TIPS, *PAIRS)
 
 
 def summary(rmse):
@@ -15,12 +15,11 @@ def summary(rmse):
 
 def salchow(motion, times=1.0):
     """A subject of a movement, `times` as far off as the paper's."""
-    if motion in salchow2019.TABLE_6:
-        return {method: summary(times * rmse)
-                for method, rmse in zip(METHODS, salchow2019.TABLE_6[motion], strict=True)}
-    rows = {pair: row for (name, pair), row in salchow2019.TABLE_7.items() if name == motion}
-    return {method: {pair: summary(times * row[i]) for pair, row in rows.items()}
-            for i, method in enumerate(METHODS)}
+    figures = salchow2019.FIGURES
+    if motion in TIPS:
+        return {method: summary(times * figures[tip_key(motion, method)].value) for method in METHODS}
+    return {method: {pair: summary(times * figures[distance_key(motion, pair, method)].value)
+                     for name, pair in DISTANCES if name == motion} for method in METHODS}
 
 
 def salchow_traces(motion):
@@ -33,15 +32,18 @@ def salchow_traces(motion):
 
 
 def kortier(motion, times=1.0):
-    if motion in kortier2014.TABLE_2:
-        return {"rms_mm": times * np.tile(kortier2014.TABLE_2[motion], (10, 1))}
+    def value(key):
+        return times * kortier2014.FIGURES[key].value
+
+    if motion in ("flexion", "circles"):
+        tip = [value(kortier2014.tip_key(motion, axis)) for axis in ("x", "y", "z", "distance")]
+        return {"rms_mm": np.tile(tip, (10, 1))}
     if motion == "pinch":
-        return {"rms_mm": np.full(100, times * kortier2014.PINCH_MM),
-                "share": 0.01 * times * kortier2014.PINCH_SHARE}
+        return {"rms_mm": np.full(100, value(kortier2014.PINCH)),
+                "share": 0.01 * value(kortier2014.PINCH_SHARE)}
     if motion == "rapid":
-        return {"range_deg": times * kortier2014.RAPID_DEG, "true_range_deg": 80.0}
-    spread, sd = kortier2014.TABLE_3[motion]
-    return {"range_deg": times * spread, "sd_deg": times * sd}
+        return {"range_deg": value(kortier2014.RAPID), "true_range_deg": 80.0}
+    return {f"{what}_deg": value(kortier2014.angle_key(motion, what)) for what in ("range", "sd")}
 
 
 def kortier_traces():

@@ -9,6 +9,8 @@ from typing import Any
 
 from markdown_text import cell, code, table
 
+from fesloop.apps.reproduce.result import summary_lines
+
 RESULTS = Path(__file__).resolve().parents[1] / "results"
 _LONG = 12
 """Rows of a table that is folded away (chosen: more than a small screen has)."""
@@ -46,20 +48,51 @@ def _count(found: Mapping[str, Any]) -> str:
 
 
 def _comparison(found: Mapping[str, Any]) -> Iterator[str]:
-    """Theirs beside ours, a table for each of theirs, then what is swept."""
-    for name in dict.fromkeys(row["table"] for row in found["rows"]):
-        group = [row for row in found["rows"] if row["table"] == name]
-        rows = [(cell(row["row"]), _theirs(row["theirs"]), _ours(row["ours"]), cell(row["unit"]),
-                 "yes" if row["holds"] else "**no**") for row in group]
-        holding = sum(row["holds"] for row in group)
-        yield from _folded(f"{cell(name)}: {holding} of {len(group)} hold",
-                           table(("", "theirs", "ours", "unit", "holds"), rows), len(rows))
+    """Theirs beside ours, a table for each of theirs, fitted and predicted apart, then what is swept."""
+    if "summary" in found:
+        yield from (f"- {line}" for line in summary_lines(found))
+        yield ""
+    for part in dict.fromkeys(map(_part, found["rows"])):
+        rows = [row for row in found["rows"] if _part(row) == part]
+        for name in dict.fromkeys(row["table"] for row in rows):
+            group = [row for row in rows if row["table"] == name]
+            holding = sum(row["holds"] for row in group)
+            yield from _folded(f"{part}{cell(name)}: {holding} of {len(group)} hold",
+                               table(("", "theirs", "ours", *_SCORES[part], "holds"), [*map(_line, group)]),
+                               len(group))
     for sweep in found["sweeps"].values():
         columns = [key for key in sweep["rows"][0] if key != "row"]
         values = [(cell(row["row"]), *(_figure(row[column]) for column in columns)) for row in sweep["rows"]]
         unit = f", {cell(sweep['unit'])}" if sweep["unit"] else ""
         title = f"{cell(sweep['title'])}{unit}"
         yield from _folded(title, table(("", *map(cell, columns)), values), _LONG + 1)
+
+
+_OF_FIGURES = ("unit", "PIT", "log score", "baseline's", "band/sd")
+_SCORES = {"": ("unit",), "Fitted, ": _OF_FIGURES, "Predicted, ": _OF_FIGURES, "Pattern, ": ("baseline",)}
+"""Columns between ours and whether it holds, by part of the comparison."""
+
+
+def _part(row: Mapping[str, Any]) -> str:
+    """Beginning of the title of the table that a row is in: whether the model was fitted to it."""
+    scores = row.get("scores")
+    return "" if scores is None else f"{scores['half'].capitalize()}, " if "half" in scores else "Pattern, "
+
+
+def _line(row: Mapping[str, Any]) -> tuple[str, ...]:
+    """Cells of a row, with its scores."""
+    scores = row.get("scores", {})
+    if "share" in scores:
+        columns = (f"in {100.0 * scores['baseline_share']:.0f} %",)
+    else:
+        columns = (cell(row["unit"]), *(_score(scores[key]) for key in
+                                        ("pit", "log_score", "baseline_log_score", "band_over_sd") if scores))
+    return (cell(row["row"]), _theirs(row["theirs"]), _ours(row["ours"]), *columns,
+            "yes" if row["holds"] else "**no**")
+
+
+def _score(value: float | None) -> str:
+    return "" if value is None else f"{value:.2f}"
 
 
 def _folded(title: str, lines: Iterable[str], length: int) -> Iterator[str]:

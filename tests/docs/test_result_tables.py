@@ -1,13 +1,15 @@
 """Tables of committed results: what is in the JSON is on the page, and nothing else."""
 
 import json
+import math
 from pathlib import Path
 
 import pytest
 from result_tables import RESULTS, benches, result
 
+from fesloop.apps.cli.output import as_json
 from fesloop.apps.cli.parser import make_parser
-from fesloop.apps.reproduce.comparison import Band, Row
+from fesloop.apps.reproduce.comparison import Band, FigureScores, PatternScores, Row
 from fesloop.apps.reproduce.result import Reproduction, Sweep
 
 KEPT = sorted(RESULTS.glob("*.json"))
@@ -32,6 +34,26 @@ def test_rows_stand_in_the_tables_of_the_paper_with_their_bands(tmp_path):
     assert text.index("| z |") < text.index("| range | 80 | 90 | deg | **no** |")
     assert "| low | 1.00 | 2.12 |" in text
     assert "`fesloop reproduce it`, fesloop 0.1.0 (`abc`), 2026-01-01." in text
+
+
+def test_fitted_and_predicted_rows_are_in_tables_of_their_own(tmp_path):
+    def scores(half, width):
+        return FigureScores(half=half, pit=0.25, log_score=-0.5, baseline_log_score=-1.25,
+                            baseline_holds=False, band_over_sd=width)
+
+    rows = [Row("Table 2", "x", 2.2, Band(2.0, 1.0, 3.0), True, "mm", scores("fitted", 1.5)),
+            Row("Table 2", "y", 3.2, Band(2.0, 1.0, 3.0), False, "mm", scores("predicted", math.nan)),
+            Row("Table 2", "z worst", "2 of 2", "in 75 %", True, "",
+                PatternScores(share=0.75, baseline_share=0.25, baseline_holds=False))]
+    text = written(tmp_path, json.loads(as_json(Reproduction("it", 3, rows, baseline="abc").as_table())))
+    fitted, predicted, pattern = (text.index(f"**{half}, Table 2: {holding} of 1 hold**")
+                                  for half, holding in (("Fitted", 1), ("Predicted", 0), ("Pattern", 1)))
+    assert fitted < text.index("| x | 2.2 | 2.00 (1.00 to 3.00) | mm | 0.25 | -0.50 | -1.25 | 1.50 | yes |")
+    assert predicted < text.index("| y | 3.2 | 2.00 (1.00 to 3.00) | mm | 0.25 | -0.50 | -1.25 |  | **no** |")
+    assert pattern < text.index("| z worst | 2 of 2 | in 75 % | in 25 % | yes |")
+    assert fitted < predicted < pattern
+    assert ("- predicted: 0 of 1 rows in the band, 0 in the baseline's; mean log score -0.5, baseline "
+            "-1.25, better in 1 rows; bands undefined published standard deviations, median") in text
 
 
 def test_a_bench_has_a_line_a_case(tmp_path):

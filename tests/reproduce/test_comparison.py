@@ -1,9 +1,8 @@
 import json
 
 import numpy as np
-import pytest
 
-from fesloop.apps.reproduce.comparison import Band, Row, band, band_of_means, compared, share_that_holds
+from fesloop.apps.reproduce.comparison import Band, Row, band, compared, share_that_holds
 from fesloop.apps.reproduce.result import Reproduction, Sweep
 
 
@@ -15,21 +14,6 @@ def test_a_band_is_from_the_5th_to_the_95th_percentile():
     assert not found.holds(4.99)
     assert not found.holds(95.01)
     assert not found.holds(float("nan"))
-
-
-def test_a_band_of_means_is_narrower_by_the_finite_populations_law():
-    """Means of n of N drawn without return: variance s^2 / n (N - n) / (N - 1); Cochran 1977, eq. 2.11."""
-    values = np.random.default_rng(3).standard_normal(50)
-    found = band_of_means(values, 4)
-    sd = values.std() / 2.0 * np.sqrt(46.0 / 49.0)
-    assert found.median == pytest.approx(values.mean(), abs=0.05)
-    assert found.high - found.low == pytest.approx(2.0 * 1.645 * sd, rel=0.08)
-    assert band_of_means(values, 4) == found
-
-
-def test_a_cohort_smaller_than_the_papers_has_one_mean():
-    found = band_of_means([1.0, 2.0, 6.0], 4)
-    assert (found.low, found.median, found.high) == pytest.approx((3.0, 3.0, 3.0))
 
 
 def test_a_rows_table_has_the_agreed_keys():

@@ -48,11 +48,17 @@ def test_json_is_one_object_of_the_agreed_shape(made_up, capsys, tmp_path):
     out, err = capsys.readouterr()
     told = json.loads(out)
     assert (told["paper"], told["subjects"], told["holding"]) == ("kortier2014", 6, 1.0)
-    assert len(told["rows"]) == 15
+    assert len(told["rows"]) == 20
     for row in told["rows"]:
-        assert list(row) == ["table", "row", "theirs", "ours", "holds", "unit"]
+        assert list(row) == ["table", "row", "theirs", "ours", "holds", "unit", "scores"]
         assert row["holds"] is True
-    assert "100 % of 15 rows hold" in err
+    assert "100 % of 20 rows hold" in err
+    for title in ("published and fitted", "published and predicted", "patterns"):
+        assert err.count(f"kortier2014: {title}") == 1
+    assert {half: told["summary"][half]["rows"] for half in told["summary"]} == {
+        "fitted": 6, "predicted": 9, "patterns": 5}
+    assert told["summary"]["predicted"]["log_score"] > told["summary"]["predicted"]["baseline_log_score"]
+    assert told["baseline"] in err
     written = tmp_path / "kortier2014"
     assert json.loads((written / "table.json").read_text()) == told
     assert (written / "bands.png").stat().st_size > 5000
@@ -63,12 +69,12 @@ def test_without_json_the_folder_alone_is_printed(made_up, capsys, tmp_path):
     assert main(["reproduce", "kortier2014", "--subjects", "1", "--out", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
     assert out.strip() == str(tmp_path / "kortier2014")
-    assert "published and reproduced" in err
+    assert "published and predicted" in err
+    assert "mean log score undefined" in err
 
 
 @pytest.mark.slow
 def test_a_row_that_does_not_hold_says_so(made_up, capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr(kortier2014, "RAPID_DEG", 500.0)
     monkeypatch.setattr(kortier2014, "run_jobs", lambda jobs, *given: {
         key: kept | ({"range_deg": 79.0} if key[0] == "rapid" else {})
         for key, kept in run_jobs(jobs, 1).items()})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from argparse import Namespace
@@ -10,8 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 from fesloop.apps.cli.output import as_json, print_json, print_table, progress_bar
-from fesloop.apps.reproduce.comparison import Row, share_that_holds
-from fesloop.apps.reproduce.result import Reproduction
+from fesloop.apps.reproduce.comparison import FigureScores, PatternScores, Row, share_that_holds
+from fesloop.apps.reproduce.published import HALVES
+from fesloop.apps.reproduce.result import Reproduction, summary_lines
 from fesloop.errors import InputError, did_you_mean
 
 PAPERS = ("kortier2014", "salchow2019", "hour", "array_search", "grasp_ilc", "grasp_trackers", "grasp_mpc",
@@ -70,21 +72,47 @@ def _unwritable(folder: Path, fault: OSError) -> InputError:
 
 
 def _show(found: Reproduction) -> None:
-    """Print the rows of the comparison, then the sweeps."""
-    cells = [[row.table, row.row, _theirs(row), _ours(row), row.unit, "yes" if row.holds else "NO"]
-             for row in found.rows]
-    print_table(f"{found.paper}: published and reproduced, {found.cohort}, median (5-95 %)",
-                ("table", "row", "published", "reproduced", "unit", "holds"), cells, sys.stderr)
+    """Print the rows of the comparison, fitted and predicted ones apart, then the sweeps."""
+    plain = [row for row in found.rows if row.scores is None]
+    if plain:
+        print_table(f"{found.paper}: published and reproduced, {found.cohort}, median (5-95 %)",
+                    (*_COLUMNS, "holds"), [[*_cells(row), _holds(row)] for row in plain], sys.stderr)
+    for half in HALVES:
+        scored = [(row, row.scores) for row in found.rows
+                  if isinstance(row.scores, FigureScores) and row.scores.half == half]
+        if scored:
+            print_table(f"{found.paper}: published and {half}, {found.cohort}, median (5-95 %)",
+                        (*_COLUMNS, "PIT", "log score", "baseline's", "band/sd", "holds"),
+                        [[*_cells(row), *map(_score, (scores.pit, scores.log_score, scores.baseline_log_score,
+                                                      scores.band_over_sd)), _holds(row)]
+                         for row, scores in scored], sys.stderr)
+    patterns = [(row, row.scores) for row in found.rows if isinstance(row.scores, PatternScores)]
+    if patterns:
+        print_table(f"{found.paper}: patterns", ("table", "pattern", "published", "reproduced", "baseline",
+                                                 "holds"),
+                    [[row.table, row.row, str(row.theirs), str(row.ours),
+                      f"{100.0 * scores.baseline_share:.0f} %", _holds(row)] for row, scores in patterns],
+                    sys.stderr)
     print(f"{100.0 * share_that_holds(found.rows):.0f} % of {len(found.rows)} rows hold", file=sys.stderr)
+    if found.baseline:
+        print("\n".join(summary_lines(found.as_table())), file=sys.stderr)
     for sweep in found.sweeps.values():
         print(file=sys.stderr)
         rows = [[name, *(f"{value:.2f}" for value in values)] for name, values in sweep.rows]
         print_table(f"{sweep.title}, {sweep.unit}", ("", *sweep.columns), rows, sys.stderr)
 
 
-def _theirs(row: Row) -> str:
-    return row.theirs if isinstance(row.theirs, str) else f"{row.theirs:g}"
+_COLUMNS = ("table", "row", "published", "reproduced", "unit")
 
 
-def _ours(row: Row) -> str:
-    return str(row.ours)
+def _cells(row: Row) -> list[str]:
+    theirs = row.theirs if isinstance(row.theirs, str) else f"{row.theirs:g}"
+    return [row.table, row.row, theirs, str(row.ours), row.unit]
+
+
+def _holds(row: Row) -> str:
+    return "yes" if row.holds else "NO"
+
+
+def _score(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f}"

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fesloop.apps.reproduce.published import Half
+
 LOW, HIGH = 5.0, 95.0
 """Percentiles of the band over virtual subjects."""
-_DRAWS = 4000
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,39 @@ class Band:
         return bool(self.low <= value <= self.high)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureScores:
+    """Scores of a published figure under our predictive distribution.
+
+    Attributes
+    ----------
+    half: whether the model was fitted to it.
+    pit: probability integral transform: probability that we give to smaller values.
+    log_score, baseline_log_score: of our model and of the baseline (`scores.log_score`); NaN if undefined.
+    baseline_holds: whether it lies in the baseline's band.
+    band_over_sd: width of our band over the published standard deviation; NaN where none is published.
+    """
+
+    half: Half
+    pit: float
+    log_score: float
+    baseline_log_score: float
+    baseline_holds: bool
+    band_over_sd: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PatternScores:
+    """Shares of replicates in which a published pattern occurs: of our model, and of the baseline.
+
+    `baseline_holds` says whether the baseline's is large enough for the pattern to hold.
+    """
+
+    share: float
+    baseline_share: float
+    baseline_holds: bool
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """One line of a comparison.
@@ -46,6 +80,7 @@ class Row:
     ours: the band of virtual subjects, or the corresponding statement.
     holds: whether the published figure lies in the band, or the statement is confirmed.
     unit: of both.
+    scores: of a published figure or pattern, where replicates of the whole paper are simulated.
     """
 
     table: str
@@ -54,13 +89,16 @@ class Row:
     ours: Band | str
     holds: bool
     unit: str = ""
+    scores: FigureScores | PatternScores | None = None
 
     def as_table(self) -> dict[str, object]:
         """Table for `fesloop reproduce --json`."""
         ours = self.ours if isinstance(self.ours, str) else {
             "median": self.ours.median, "low": self.ours.low, "high": self.ours.high}
-        return {"table": self.table, "row": self.row, "theirs": self.theirs, "ours": ours,
-                "holds": self.holds, "unit": self.unit}
+        table: dict[str, object] = {
+            "table": self.table, "row": self.row, "theirs": self.theirs, "ours": ours,
+            "holds": self.holds, "unit": self.unit}
+        return table if self.scores is None else table | {"scores": asdict(self.scores)}
 
 
 def band(values: ArrayLike) -> Band:
@@ -70,14 +108,6 @@ def band(values: ArrayLike) -> Band:
     method: Literal["linear", "higher"] = "linear" if np.isfinite(array).all() else "higher"
     low, median, high = np.percentile(array, [LOW, 50.0, HIGH], method=method)
     return Band(float(median), float(low), float(high))
-
-
-def band_of_means(values: ArrayLike, size: int, seed: int = 0) -> Band:
-    """Band of the mean over `size` subjects, by sampling groups without replacement."""
-    array = np.asarray(values, dtype=np.float64)
-    rng = np.random.default_rng(seed)
-    size = min(size, array.size)
-    return band([array[rng.choice(array.size, size, replace=False)].mean() for _ in range(_DRAWS)])
 
 
 def compared(table: str, row: str, theirs: float, ours: Band, unit: str) -> Row:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.apps.reproduce.comparison import Band
+from fesloop.apps.reproduce.comparison import Band, FigureScores, Row
 from fesloop.apps.reproduce.result import Reproduction, Sweep
 from fesloop.errors import InputError
 
@@ -204,13 +204,18 @@ def bands(found: Reproduction) -> Figure:
         axes.plot(theirs, y, "o" if row.holds else "X", color="black" if row.holds else ORANGE, markersize=5)
     axes.plot([], [], "o", color="black", markersize=5, label="theirs, in the band")
     axes.plot([], [], "X", color=ORANGE, markersize=5, label="theirs, outside")
-    axes.set_yticks(range(len(rows)), [f"{row.table}: {row.row}" for row in rows], fontsize="small")
+    axes.set_yticks(range(len(rows)), [_label(row) for row in rows], fontsize="small")
     axes.invert_yaxis()
     axes.set_xlim(left=0.0)
     axes.legend(frameon=False, fontsize="small", loc="lower right")
     units = ", ".join(dict.fromkeys(row.unit for row in rows))
     _tidy(axes, units, title=f"{found.paper}, {found.cohort}")
     return figure
+
+
+def _label(row: Row) -> str:
+    half = f" ({row.scores.half})" if isinstance(row.scores, FigureScores) else ""
+    return f"{row.table}: {row.row}{half}"
 
 
 def kortier_5(found: Reproduction) -> Figure:

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.apps.reproduce.cohort import Job, Progress, Scoring, run_jobs
-from fesloop.apps.reproduce.comparison import Row, band, band_of_means, compared
 from fesloop.apps.reproduce.hand_recording import (
     HAND,
     Seen,
@@ -26,7 +25,17 @@ from fesloop.apps.reproduce.hand_recording import (
     spans,
     within,
 )
+from fesloop.apps.reproduce.published import published
 from fesloop.apps.reproduce.result import Reproduction, Sweep
+from fesloop.apps.reproduce.scores import (
+    Pattern,
+    Replicates,
+    all_of,
+    baseline,
+    figure_rows,
+    papers_of_subjects,
+    pattern_rows,
+)
 from fesloop.experiment import registry
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.kinematics import segment_poses
@@ -133,15 +142,24 @@ def _task(recording: Recording, port: str, trial: int) -> Seen:
 
 EXPERIMENT = "kortier2014"
 SUBJECTS = 10
-TABLE_2 = {"flexion": (2.2, 2.0, 3.3, 5.0), "circles": (5.7, 4.9, 9.7, 12.4)}
-"""RMS difference of the index finger's tip in x, y, z and distance, mm, mean over ten trials."""
-PINCH_MM, PINCH_SHARE = 6.5, 3.7
-"""RMS distance of touching tips, mm, and the same in per cent of the widest opening."""
-RAPID_DEG = 80.0
-"""Range of the PIP joint at 116 beats a minute."""
-TABLE_3 = {"flat": (1.1, 0.4), "mould": (1.8, 0.6)}
-"""Range and standard deviation of joint angles, deg, mean over five subjects."""
-_SUBJECTS_OF_TABLE_3 = 5
+_TIPS, _AXES = ("flexion", "circles"), ("x", "y", "z", "distance")
+
+
+def tip_key(motion: str, axis: str) -> str:
+    """Key of a figure of table 2: RMS difference of the index finger's tip, mm, mean over ten trials."""
+    return f"Table 2: {motion}, {axis}"
+
+
+def angle_key(posture: str, what: str) -> str:
+    """Key of a figure of table 3: range or sd of joint angles, deg, mean over five subjects."""
+    return f"Table 3: {posture}, {what}, mean of five subjects"
+
+
+PINCH, PINCH_SHARE = "Pinch: RMS distance of the tips", "Pinch: over the widest opening"
+RAPID = "Figure 6: range of the PIP joint at 116 beats/min"
+FIGURES = published(EXPERIMENT, [
+    *(tip_key(motion, axis) for motion in _TIPS for axis in _AXES), PINCH, PINCH_SHARE, RAPID,
+    *(angle_key(posture, what) for posture in ("flat", "mould") for what in ("range", "sd"))])
 _MOTIONS: dict[str, tuple[Scoring, int]] = {
     "flexion": (index_tip, 10), "circles": (index_tip, 10),
     "pinch": (pinch, 10), "rapid": (rapid, 1),
@@ -194,7 +212,10 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
     by_motion = {motion: [kept[motion, seed] for seed in range(1, subjects + 1)] for motion in _MOTIONS}
     traces = {motion: kept["traces", motion] for motion in ("flexion", "circles", "rapid")}
     sweep = {"constraints": _constraints(kept, min(subjects, _SUBJECTS_OF_SWEEP))}
-    return Reproduction(EXPERIMENT, subjects, rows(by_motion), sweep, {"traces": traces})
+    old = baseline(EXPERIMENT)
+    ours, before = (papers_of_subjects(values, FIGURES) for values in (subject_values(by_motion), old.values))
+    rows = [*figure_rows(FIGURES, ours, before), *pattern_rows(PATTERNS, ours, before)]
+    return Reproduction(EXPERIMENT, subjects, rows, sweep, {"traces": traces}, old.commit)
 
 
 def _constraints(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
@@ -206,23 +227,52 @@ def _constraints(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
                  rows=tuple(table))
 
 
-def rows(kept: dict[str, list[dict[str, Any]]]) -> list[Row]:
-    """Rows of published and reproduced figures; `kept` has each subject's scores by movement."""
-    found = []
-    for motion, theirs in TABLE_2.items():
+def subject_values(kept: dict[str, list[dict[str, Any]]]) -> dict[str, Array]:
+    """Figures of each subject by key, (subjects,); `kept` has each subject's scores by movement."""
+    found: dict[str, Any] = {}
+    for motion in _TIPS:
         means = np.array([each["rms_mm"].mean(axis=0) for each in kept[motion]])
-        found += [compared("Table 2", f"{motion}, {name}", value, band(column), "mm")
-                  for name, value, column in zip(("x", "y", "z", "distance"), theirs, means.T, strict=True)]
-    found += [
-        compared("Pinch", "RMS distance of the tips", PINCH_MM,
-                 band([each["rms_mm"].mean() for each in kept["pinch"]]), "mm"),
-        compared("Pinch", "over the widest opening", PINCH_SHARE,
-                 band([100.0 * each["share"] for each in kept["pinch"]]), "%"),
-        compared("Figure 6", "range of the PIP joint at 116 beats/min", RAPID_DEG,
-                 band([each["range_deg"] for each in kept["rapid"]]), "deg")]
-    for motion, pair in TABLE_3.items():
-        for name, key, value in zip(("range", "sd"), ("range_deg", "sd_deg"), pair, strict=True):
-            column = [each[key] for each in kept[motion]]
-            found.append(compared("Table 3", f"{motion}, {name}, mean of five subjects", value,
-                                  band_of_means(column, _SUBJECTS_OF_TABLE_3), "deg"))
-    return found
+        found |= {tip_key(motion, axis): column for axis, column in zip(_AXES, means.T, strict=True)}
+    found[PINCH] = [each["rms_mm"].mean() for each in kept["pinch"]]
+    found[PINCH_SHARE] = [100.0 * each["share"] for each in kept["pinch"]]
+    found[RAPID] = [each["range_deg"] for each in kept["rapid"]]
+    for posture in ("flat", "mould"):
+        for what in ("range", "sd"):
+            found[angle_key(posture, what)] = [each[f"{what}_deg"] for each in kept[posture]]
+    return {key: np.array(values) for key, values in found.items()}
+
+
+def _z_largest(found: Replicates) -> NDArray[np.bool_]:
+    return all_of([found[tip_key(motion, "z")] > found[tip_key(motion, axis)]
+                   for motion in _TIPS for axis in ("x", "y")])
+
+
+def _circles_worse(found: Replicates) -> NDArray[np.bool_]:
+    return found[tip_key("circles", "distance")] > found[tip_key("flexion", "distance")]
+
+
+def _mould_worse(found: Replicates) -> NDArray[np.bool_]:
+    return found[angle_key("mould", "range")] > found[angle_key("flat", "range")]
+
+
+def _tips_below(found: Replicates) -> NDArray[np.bool_]:
+    return all_of([found[tip_key(motion, "distance")] < _TIP_MM for motion in _TIPS])
+
+
+def _angles_below(found: Replicates) -> NDArray[np.bool_]:
+    return all_of([found[angle_key(posture, "range")] < _RANGE_DEG for posture in ("flat", "mould")])
+
+
+_TIP_MM, _RANGE_DEG = 13.0, 2.0
+"""Limits of the paper's conclusion: error of the fingertip, and range of a joint's angle in repetitions."""
+PATTERNS = (
+    Pattern(table="Table 2", statement="z the largest part of the error, in both movements", theirs="2 of 2",
+            occurs=_z_largest),
+    Pattern(table="Table 2", statement="circles worse than flexion", theirs="12.4 and 5.0 mm",
+            occurs=_circles_worse),
+    Pattern(table="Table 3", statement="mould less repeatable than flat hand", theirs="1.8 and 1.1 deg",
+            occurs=_mould_worse),
+    Pattern(table="Conclusion", statement="fingertip below 13 mm, in both movements", theirs="2 of 2",
+            occurs=_tips_below),
+    Pattern(table="Conclusion", statement="a joint's angle repeats within 2 deg, in both postures",
+            theirs="2 of 2", occurs=_angles_below))
