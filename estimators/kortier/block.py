@@ -109,8 +109,13 @@ class KortierTracker:
     mag_sd_ut: sd of a sample, with differences of the field within a hand, uT (chosen: Table 1 prints 1e-4).
     bias_walk: random walk of the gyroscopes' biases, rad/s after a second (K14, Table 1, read as a density).
     bias_sd_deg_s, angle_sd_deg: initial sd of the biases, and of joints and the hand's attitude (chosen).
-    constraint_sd_deg: sd of a joint's forbidden angles (Table 1 has 1e-5, which no joint meets; S19, doi
-        10.3390/s19010208, gives 5 to 10 for the neglected axes of joints).
+    constraint_sd_deg: sd of the changes of a joint's forbidden angles within error_time_s (chosen; Table 1
+        has 1e-5). It is less than the tilt of a joint's axes (5 to 10 deg: doi 10.3390/s19010208, section 5):
+        a constant tilt only shifts the angles, by the same amount in each repetition of a posture, and must
+        not be modelled as noise that averages out. What varies is its part in the forbidden angles as the
+        joint moves. With sd s, correlation time T and `bias_walk` w, errors of the rates show in the
+        constraints after sqrt(s sqrt(2 T) / w): 10 s for 1 deg, 24 s for 5 deg. Sensors on soft pads, which
+        rotate by several degrees while they move, need more: 5.
     error_time_s: correlation time of the errors of constraint_sd_deg, lever_m and motion_sd, s; samples
         within it measure the same error again (chosen); 0: errors are white.
     acc_difference, mag_difference_ut, rate_limit: gates (eq. 27, 28) in m/s^2, uT, rad/s; the paper leaves
@@ -138,7 +143,7 @@ class KortierTracker:
     bias_walk: float = 1e-4
     bias_sd_deg_s: float = 0.6
     angle_sd_deg: float = 10.0
-    constraint_sd_deg: float = 5.0
+    constraint_sd_deg: float = 1.0
     error_time_s: float = 0.2
     acc_difference: float = 0.5
     mag_difference_ut: float = 5.0

@@ -172,8 +172,8 @@ compared.
 
 
 CONSTRAINTS = {
-    "as shipped: 5 deg, lasting": (),
-    "1 deg, lasting": ("blocks.tracker.constraint_sd_deg=1.0",),
+    "5 deg, lasting": ("blocks.tracker.constraint_sd_deg=5.0",),
+    "as shipped: 1 deg, lasting": (),
     "0.1 deg, lasting": ("blocks.tracker.constraint_sd_deg=0.1",),
     "table 1: 1e-5 deg, all noise white": (
         "blocks.tracker.constraint_sd_deg=1e-5", "blocks.tracker.error_time_s=0.0",
