@@ -75,8 +75,8 @@ class Reproduction:
 def summary(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
     """Summary of scored rows: of fitted and predicted figures, and of patterns, each beside the baseline's.
 
-    Log scores are means, `log_score_better` counts rows that are better than the baseline's, and `band_over_sd`
-    is the median of the rows that have one.
+    Log scores are means, `log_score_better` counts rows that are better than the baseline's, and
+    `band_over_sd` is the median of the rows that have one.
     """
     found: dict[str, dict[str, float]] = {}
     for half in HALVES:
