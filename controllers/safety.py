@@ -298,6 +298,7 @@ class SafetyState:
     ramp_from_ns: start of the ramp to zero; NEVER while the input is sound.
     stopped: whether the emergency stop was ever on.
     hit: bits of the limits that acted in the tick before.
+    aligned_ns: first tick of all those since which `aligned` has been 1; NEVER while it is not.
     """
 
     limits: Array
@@ -308,6 +309,7 @@ class SafetyState:
     ramp_from_ns: int = NEVER
     stopped: bool = False
     hit: int = 0
+    aligned_ns: int = NEVER
     latch: StatusLatch = field(default_factory=StatusLatch)
 
 
@@ -327,8 +329,8 @@ class Safety(BlockToControl):
        counts; 5. from the first tick that reads `stop` above 0.5, or not finite, i = w = 0, in all later
        trials too; 6. `ramp_ms` after stimulation ceases to be sound, i = w = 0 for as long as it is not, and
        no q rises meanwhile. It is sound while `stimulation` is finite and not older than `max_age_ms`,
-       counted from its oldest capture, if `aligned` is wired, all of it is 1, and, if `posture` is wired, the
-       tracker has not failed (`Watchdog`).
+       counted from its oldest capture, if `aligned` is wired, all of it has been 1 for `wait_s`, and, if
+       `posture` is wired, the tracker has not failed (`Watchdog`).
 
     A tracker that needs an initial pose has an output `aligned`, which is 0 until the pose has been taken. An
     experiment in which stimulation could disturb that pose is refused unless each such `aligned` is wired
@@ -350,6 +352,8 @@ class Safety(BlockToControl):
     frequency_hz: pulse rate of the device: it repeats each message at this rate.
     max_age_ms: greatest age of `stimulation` and `posture`.
     ramp_ms: duration of the ramp to zero; 0 cuts at once.
+    wait_s: time that `aligned` must have been 1: a hand that was held in its initial pose is released and
+        relaxes.
     watchdog: limits beyond which the tracker counts as failed.
 
     Inputs: `stimulation` (channels, 2); optional `posture` and `posture_sd` (joints,), rad; optional `stop`,
@@ -373,6 +377,7 @@ class Safety(BlockToControl):
     frequency_hz: float = 40.0
     max_age_ms: float = 500.0
     ramp_ms: float = 200.0
+    wait_s: float = 0.0
     watchdog: Watchdog = _USUAL
 
     def __post_init__(self) -> None:
@@ -389,6 +394,7 @@ class Safety(BlockToControl):
             raise InputError("energy_max_mj", f"{self.energy_max_mj}", f"at most {1e3 * ENERGY_MAX_J:g}")
         duration_ns(self.max_age_ms, NS_PER_MS, "max_age_ms")
         duration_ns(self.ramp_ms, NS_PER_MS, "ramp_ms")
+        duration_ns(self.wait_s, NS_PER_S, "wait_s")
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -486,7 +492,12 @@ class Safety(BlockToControl):
         if not is_finite(stimulation.value):
             return "non_finite", "input is not finite: ramp to zero"
         if self.trackers and not (aligned.present and (cast(Array, aligned.value) > 0.5).all()):
+            state.aligned_ns = NEVER
             return "not_aligned", "a tracker's initial pose has not been taken: no stimulation"
+        if self.trackers and state.aligned_ns < 0:
+            state.aligned_ns = now_ns
+        if self.trackers and now_ns - state.aligned_ns < self.wait_s * NS_PER_S:
+            return "waiting", f"no stimulation for {self.wait_s:g} s after the initial pose: the hand relaxes"
         return tracker
 
     def _ramp(self, state: SafetyState, now_ns: int) -> Array:

@@ -132,8 +132,9 @@ class Ilc(IlcParameters):
                 f"{100.0 * self.reject_share:g} %: the drives are used again"),))
         gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
         posture, covered = state.seen.posture(self.align_captures, gap_ns)
-        covered &= ~state.seen.touching(self.grasping_outputs, self.model.outputs)
-        kept = state.seen.touching(self.grasping_channels, self.model.inputs)
+        begun = np.arange(covered.shape[0])[:, None] >= self.begins(period)
+        covered &= begun & ~state.seen.touching(self.grasping_outputs, self.model.outputs)
+        kept = ~begun | state.seen.touching(self.grasping_channels, self.model.inputs)
         model, reports = None, []
         if self.bank and covered.any():
             models = [self.sampled(each, period) for each in (self.model, *self.bank)]

@@ -228,6 +228,8 @@ def faults(ilc: IlcParameters, surroundings: Surroundings) -> Iterator[InputErro
     own_ns = ilc.model.delay_ns + duration_ns(ilc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     delay_ns = max(own_ns, ilc.model.delay_ns + surroundings.loop_ns)
     of = f"the delay of {delay_ns / NS_PER_MS:g} ms of model and loop"
+    if duration_ns(ilc.begin_s, NS_PER_S, "begin_s") >= duration_ns(ilc.duration_s, NS_PER_S, "duration_s"):
+        yield InputError("begin_s", f"{ilc.begin_s:g} s", f"less than duration_s, {ilc.duration_s:g} s")
     if duration_ns(ilc.duration_s, NS_PER_S, "duration_s") <= delay_ns:
         yield InputError("duration_s", f"{ilc.duration_s:g} s end before {of} does",
                          f"above {delay_ns / NS_PER_S:g} s", "lengthen the trial")

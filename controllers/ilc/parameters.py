@@ -68,6 +68,8 @@ class IlcParameters:
     bank_rule: "best" model or "mixture".
     current_ma: (muscles,), fixed current of each channel.
     duration_s: length of a trial; after it the last drive is held.
+    begin_s: time in a trial before which nothing is learnt and no drive is changed: the hand is held in a
+        pose, or relaxes after it.
     law: learning law (`ilc.laws`).
     output_weight: (outputs,), per rad^2; empty for 1 each.
     change_weight: rho, per unit of drive squared.
@@ -103,6 +105,7 @@ class IlcParameters:
     model: LinearModel
     current_ma: tuple[float, ...]
     duration_s: float
+    begin_s: float = 0.0
     law: LawName = "noilc_constrained"
     bank: tuple[LinearModel, ...] = ()
     bank_rule: BankRule = "best"
@@ -142,6 +145,10 @@ class IlcParameters:
         """A model at a period in ns, with the actuation delay."""
         return model.sampled(period, duration_ns(self.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms"))
 
+    def begins(self, period: int) -> int:
+        """First sample that counts at a period in ns."""
+        return -(-duration_ns(self.begin_s, NS_PER_S, "begin_s") // period)
+
     def learning(self, period: int, model: SampledModel | None = None) -> Learning:
         """The learning law at a period in ns, with the nominal model or another."""
         nyquist_hz = 0.5 * NS_PER_S / period
@@ -149,11 +156,12 @@ class IlcParameters:
             raise InputError("cutoff_hz", f"{self.cutoff_hz}", f"below {nyquist_hz:g}, half the block's rate")
         muscles, outputs, allocation = self.model.inputs, self.model.outputs, self.allocation()
         samples = duration_ns(self.duration_s, NS_PER_S, "duration_s") // period + 1
+        first = np.outer(np.arange(samples) >= self.begins(period), self.first_drive or (0.0,) * muscles)
         limits = Limits(reach=np.minimum(self.drive_max, allocation.reach()), slew=self.slew,
                         allocation=allocation, charge_c=1e-6 * self.trial_charge_max_uc)
         return Learning(
             law=self.law, model=model or self.sampled(self.model, period), samples=samples, limits=limits,
-            first=limits.within(np.tile(np.array(self.first_drive or (0.0,) * muscles), (samples, 1))),
+            first=limits.within(first),
             output_weight=np.array(self.output_weight or (1.0,) * outputs),
             points=point_mask(self.points, samples, outputs, period), curves=AllocatedCurves(allocation),
             change_weight=self.change_weight, forgetting=self.forgetting, step=self.gradient_step,

@@ -20,7 +20,7 @@ from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit, Surroundings
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import Port, Sample, Value, is_finite
 
 Array = NDArray[np.float64]
@@ -120,6 +120,8 @@ class Mpc(MpcParameters):
             trouble, detail = self._control(state, reference, measured, now_ns)
         if trouble:
             fall_back(self, state, tick, trouble, detail)
+        if now_ns < self.begin_s * NS_PER_S:
+            state.drive = np.zeros_like(state.drive)
         estimate = state.estimate
         state.pulses = np.empty((state.drive.size, 2))
         saturated = issue_drive(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns,

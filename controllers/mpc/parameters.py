@@ -53,6 +53,7 @@ class MpcParameters:
     grasping_channels: channels that follow the model alone while the hand touches something; empty: none.
     touching_s: time constant with which the disturbances of the other outputs are followed while the hand
         touches something; the state then follows the drives alone (chosen: response time of a joint).
+    begin_s: time in a trial before which it commands nothing: the hand is held in a pose, or relaxes after it.
     max_age_ms: age beyond which a sample is not used.
     hold_ms, ramp_ms: time for which the drive is held, then ramped to zero, without a usable sample.
     solver: "daqp" or "osqp".
@@ -85,6 +86,7 @@ class MpcParameters:
     grasping_outputs: tuple[int, ...] = ()
     grasping_channels: tuple[int, ...] = ()
     touching_s: float = 0.3
+    begin_s: float = 0.0
     max_age_ms: float = 400.0
     hold_ms: float = 100.0
     ramp_ms: float = 200.0

@@ -6,6 +6,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from controllers.reference.course import (
 from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Value, is_finite
 
 Array = NDArray[np.float64]
 _MOST_REPEATS = 10_000
@@ -39,12 +40,14 @@ class GraspPhase:
     duration_s: duration of the phase with its move.
     move_s: duration of the move; by default the whole phase.
     deg: angles at the end of the move, by row; other rows do not move.
+    back: whether the rows that `deg` does not name move back to where the first phase had them.
     """
 
     name: str
     duration_s: float
     move_s: float | None = None
     deg: Mapping[str, float] = field(default_factory=dict)
+    back: bool = False
 
     def __post_init__(self) -> None:
         if not self.name:
@@ -67,6 +70,14 @@ class GraspPhase:
         return self.duration_ns if self.move_s is None else duration_ns(self.move_s, NS_PER_S, "move_s")
 
 
+@dataclass(slots=True, eq=False)
+class PhasesState:
+    """Times of now and of the preview relative to the tick, s, and the way-points of all moves."""
+
+    ahead_s: Array
+    course: WayPoints
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspPhases:
     """Rows of a hand's posture through named phases, on minimum-jerk paths.
@@ -76,9 +87,13 @@ class GraspPhases:
     phase the reference is constant and the phase number stays. A repeat begins with the move back to the
     first phase's angles, in that phase.
 
+    Rows that the first phase does not name start where the hand is: they equal the last value of `measured`
+    (0 before one has arrived) until the first phase ends for the first time, and keep that value from then
+    on, so that no resting angle has to be known beforehand.
+
     Attributes
     ----------
-    phases: phases in order from t = 0; the first names every row.
+    phases: phases in order from t = 0.
     rows: elements of `angles`, in this order: synergies (of the block `synergies`), freedoms of the hand, or
         rows of your own with a range in `range_deg`.
     repeats: number of passes through all phases.
@@ -86,7 +101,8 @@ class GraspPhases:
     preview: number of coming instants in the output `preview`; 0: no such output.
     preview_period_ms: distance between them; the first is one period after now.
 
-    Outputs: `angles` (m,) rad; `phase`, number of the phase in `phases`, from 0; `preview` (preview, m) rad.
+    Input, if the first phase leaves out a row: `measured` (m,) rad. Outputs: `angles` (m,) rad; `phase`,
+    number of the phase in `phases`, from 0; `preview` (preview, m) rad.
     """
 
     phases: tuple[GraspPhase, ...]
@@ -95,7 +111,6 @@ class GraspPhases:
     range_deg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     preview: int = 0
     preview_period_ms: float = 25.0
-    course: WayPoints = field(init=False, repr=False, compare=False)
     starts_ns: tuple[int, ...] = field(init=False, repr=False, compare=False)
     """Starts of all phases of all repeats, ns."""
 
@@ -111,34 +126,32 @@ class GraspPhases:
                     raise InputError(f"phases[{i}].deg.{row}", "is no row", ", ".join(self.rows),
                                      did_you_mean(row, self.rows))
                 require_in_range(f"phases[{i}].deg.{row}", row, angle, self.range_deg)
-        missing = [row for row in self.rows if row not in self.phases[0].deg]
-        if missing:
-            raise InputError("phases[0].deg", f"has no angle of {', '.join(missing)}",
-                             f"an angle for each of {', '.join(self.rows)}",
-                             "the reference begins at the first phase's angles")
         require_preview(self.preview, self.preview_period_ms)
-        starts, course = self._laid_out()
-        object.__setattr__(self, "starts_ns", starts)
-        object.__setattr__(self, "course", course)
+        ends = np.cumsum([phase.duration_ns for phase in self.phases * self.repeats])
+        object.__setattr__(self, "starts_ns", (0, *ends[:-1].tolist()))
 
-    def _laid_out(self) -> tuple[tuple[int, ...], WayPoints]:
-        """Starts of all phases, ns, and the way-points of all moves."""
-        target = [math.radians(self.phases[0].deg[row]) for row in self.rows]
-        starts, times, values = [], [0], [target]
-        now = 0
-        for phase in self.phases * self.repeats:
-            starts.append(now)
+    @property
+    def follows(self) -> NDArray[np.bool_]:
+        """Mask (m,) of the rows that start where the hand is."""
+        return np.array([row not in self.phases[0].deg for row in self.rows])
+
+    def course(self, start: Array) -> WayPoints:
+        """Way-points of all moves from a start (m,), rad, of the rows that the first phase does not name."""
+        first = np.array([math.radians(self.phases[0].deg[row]) if row in self.phases[0].deg else value
+                          for row, value in zip(self.rows, start.tolist(), strict=True)])
+        times, values, target = [0], [first], first
+        for now, phase in zip(self.starts_ns, self.phases * self.repeats, strict=True):
             before = target
-            target = [math.radians(phase.deg[row]) if row in phase.deg else value
-                      for row, value in zip(self.rows, before, strict=True)]
-            if target != before:
+            target = first.copy() if phase.back or phase is self.phases[0] else before.copy()
+            for row, angle in phase.deg.items():
+                target[self.rows.index(row)] = math.radians(angle)
+            if not np.array_equal(target, before):
                 if times[-1] < now:
                     times.append(now)
                     values.append(before)
                 times.append(now + phase.move_ns)
                 values.append(target)
-            now += phase.duration_ns
-        return tuple(starts), WayPoints(np.array(times) / NS_PER_S, np.array(values))
+        return WayPoints(np.array(times) / NS_PER_S, np.array(values))
 
     @property
     def duration_s(self) -> float:
@@ -156,20 +169,24 @@ class GraspPhases:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """None: a source."""
-        return ()
+        """`measured` if a row starts where the hand is, else none: a source."""
+        return (Port("measured", (len(self.rows),), "rad"),) if self.follows.any() else ()
 
     @property
     def outputs(self) -> tuple[Port, ...]:
         """`angles`, `phase`, and `preview` if there is one."""
-        angles, *ahead = reference_ports(self.course, self.preview)
+        angles, *ahead = reference_ports(self.course(np.zeros(len(self.rows))), self.preview)
         return angles, Port("phase"), *ahead
 
-    def init(self, context: Context) -> Array:
-        """Times of now and of the preview, relative to the tick."""
-        return instants_ahead(self.preview, self.preview_period_ms)
+    def init(self, context: Context) -> PhasesState:
+        """State before any measurement."""
+        return PhasesState(instants_ahead(self.preview, self.preview_period_ms),
+                           self.course(np.zeros(len(self.rows))))
 
-    def step(self, state: Array, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+    def step(self, state: PhasesState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Reference of this tick, the phase, and the preview."""
-        angles, *ahead = reference_values(self.course, state, tick)
+        first = len(self.starts_ns) == 1 or tick.time_ns < self.starts_ns[1]
+        if inputs and first and inputs[0].arrived_ns >= 0 and is_finite(inputs[0].value):
+            state.course = self.course(cast(Array, inputs[0].value))
+        angles, *ahead = reference_values(state.course, state.ahead_s, tick)
         return angles, float(self.phase_at(tick.time_ns)), *ahead
