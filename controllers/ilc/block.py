@@ -14,11 +14,12 @@ from controllers.ilc.convergence import Condition, cautions_in_place, check, con
 from controllers.ilc.laws import pulses_of
 from controllers.ilc.parameters import IlcParameters
 from controllers.ilc.trajectories import SeenTrial, explained
+from controllers.reach import Reach, reach_of
 from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import Passage, Surroundings
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value, is_finite
 
@@ -53,12 +54,14 @@ class IlcState:
     Attributes
     ----------
     drives, pulses: (samples, muscles), and (samples, muscles, 2), their pulses.
+    held: angles that drives can hold.
     pending: statuses of the learning before this trial, reported at its first tick.
     """
 
     drives: Array
     pulses: Array
     seen: SeenTrial
+    held: Reach
     pending: tuple[Report, ...] = ()
     latch: StatusLatch = field(default_factory=StatusLatch)
 
@@ -101,7 +104,6 @@ class Ilc(IlcParameters):
     def passages(self, context: Context) -> tuple[Passage, ...]:
         """No input has an effect within the trial: drives are fixed before it begins."""
         return (Passage(inputs=tuple(port.name for port in self.inputs), later="in the next trial"),)
-
 
     def condition(self, context: Context) -> Condition:
         """Condition of convergence of the law on its nominal model, and its margin."""
@@ -151,7 +153,9 @@ class Ilc(IlcParameters):
     def _trial(self, drives: Array, reports: tuple[Report, ...]) -> IlcState:
         """State at the start of a trial with the given drives."""
         seen = SeenTrial.empty(drives.shape[0], self.model.outputs)
-        return IlcState(drives, pulses_of(self.allocation(), drives), seen, reports)
+        allocation = self.allocation()
+        held = reach_of(self.model, np.minimum(self.drive_max, allocation.reach()))
+        return IlcState(drives, pulses_of(allocation, drives), seen, held, reports)
 
     def step(self, state: IlcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses for this tick; records the inputs."""
@@ -168,6 +172,8 @@ class Ilc(IlcParameters):
         if usable:
             state.seen.ticks_ns[k] = tick.time_ns
             state.seen.reference[k] = cast(Array, reference.value)
+            if tick.time_ns >= self.begin_s * NS_PER_S:
+                state.held.look(state.latch, tick, state.seen.reference[k])
         if inputs[1].arrived_ns >= 0:
             note(state.seen, state.latch, k, inputs[1:4], self.sd_max_deg, tick)
         if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():

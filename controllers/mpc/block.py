@@ -16,6 +16,7 @@ from controllers.mpc.kernel import build_problem, issue_drive, solve_in_contact
 from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.state import Loop, MpcState, fall_back
 from controllers.quadratic_programme import NOT_FINITE
+from controllers.reach import reach_of
 from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit, Surroundings
@@ -94,7 +95,7 @@ class Mpc(MpcParameters):
             raise InputError(f"{context.name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
         muscles, candidates = self.model.inputs, candidates_of(self, period_ns(context))
         ledger = np.zeros(self.horizon if self.horizon_charge_max_uc < math.inf else 0)
-        return MpcState(self.reach(), self.allocation().table(), candidates, nominal(candidates),
+        return MpcState(self.reach(), reach_of(self.model, self.reach()), self.allocation().table(), candidates, nominal(candidates),
                         np.zeros(muscles), np.zeros((muscles, 2)), ledger)
 
     def next_trial(self, state: MpcState, context: Context) -> MpcState:
@@ -122,6 +123,8 @@ class Mpc(MpcParameters):
             fall_back(self, state, tick, trouble, detail)
         if now_ns < self.begin_s * NS_PER_S:
             state.drive = np.zeros_like(state.drive)
+        elif reference is not None:
+            state.held.look(state.latch, tick, reference[0])
         estimate = state.estimate
         state.pulses = np.empty((state.drive.size, 2))
         saturated = issue_drive(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns,

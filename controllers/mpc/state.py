@@ -12,6 +12,7 @@ from controllers.grip import Touch
 from controllers.mpc.design import Candidate
 from controllers.mpc.observer import ObserverState
 from controllers.mpc.parameters import MpcParameters
+from controllers.reach import Reach
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.record import StatusLatch
@@ -59,14 +60,13 @@ class Fallback:
 
 
 
-
 @dataclass(slots=True, eq=False)
 class MpcState:
     """State of the controller, with the coefficients that follow from its clock.
 
     Attributes
     ----------
-    reach, table: constant coefficients.
+    reach, held, table: constant coefficients: greatest drives, angles that they can hold, pulses.
     candidates, chosen: models of the plant, and the index of the one in use.
     drive: (muscles,), present drive.
     pulses: (muscles, 2), present pulses.
@@ -78,6 +78,7 @@ class MpcState:
     """
 
     reach: Array
+    held: Reach
     table: Array
     candidates: tuple[Candidate, ...]
     chosen: int

@@ -11,6 +11,7 @@ from controllers.safety import Safety
 from estimators.fusion import VqfTracker
 from estimators.ideal import IdealTracker
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
@@ -225,6 +226,25 @@ def test_nothing_is_learnt_from_the_first_touch_on():
     assert np.abs(learnt[0][80:]).max() > 0.01
     np.testing.assert_allclose(learnt[1][80:], 0.0, atol=1e-9)
     assert np.abs(learnt[1][:80]).max() > 0.01
+
+
+def test_nothing_is_learnt_or_driven_before_it_begins():
+    ilc = learner(law="noilc_constrained", first_drive=(0.1,) * 4, begin_s=1.0)
+    state = ilc.init(CONTEXT)
+    begins = ilc.begins(CONTEXT.clock.tick(1))
+    assert not state.drives[:begins].any()
+    assert (state.drives[begins + 20:] == 0.1).all()
+    wrong = lambda k: np.full(3, 3.0 if k < begins else np.nan)  # noqa: E731
+    pulses, _ = steps(ilc, state, (0, 161), measured=wrong)
+    assert not pulses[:begins].any()
+    np.testing.assert_array_equal(ilc.next_trial(state, CONTEXT).drives, state.drives)
+    steps(ilc, state := ilc.init(CONTEXT), (0, 161))
+    after = ilc.next_trial(state, CONTEXT)
+    assert not after.drives[:begins].any()
+    assert np.abs(after.drives - state.drives).max() > 0.01
+    with pytest.raises(InputError, match=r"begin_s: 4 s; allowed: less than duration_s"):
+        for fault in learner(begin_s=4.0).faults(CONTEXT, Surroundings()):
+            raise fault
 
 
 def test_in_contact_a_share_is_learnt_and_what_grasps_stays():

@@ -130,6 +130,14 @@ def test_no_stimulation_before_the_first_measurement():
     assert [status for status, _ in reports] == ["no_input"]
 
 
+def test_it_commands_nothing_before_it_begins_and_knows_that():
+    pulses, state, _ = steps(controller(begin_s=0.5), rest, (0, 20))
+    assert not pulses.any()
+    later, _, _ = steps(controller(begin_s=0.5), rest, (20, 40), state)
+    fresh, _, _ = steps(controller(), rest, (0, 20))
+    np.testing.assert_allclose(later[5], fresh[5], atol=2e-5)
+
+
 @pytest.mark.parametrize("trouble", ["non_finite", "stale_input"])
 def test_trouble_holds_then_ramps_to_zero_and_control_comes_back(trouble):
     mpc = controller(hold_ms=50.0, ramp_ms=100.0, max_age_ms=60.0)

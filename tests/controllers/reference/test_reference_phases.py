@@ -8,6 +8,7 @@ from controllers.reference.phases import GraspPhase, GraspPhases
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document
 from fesloop.loop.block import Context, Tick
+from fesloop.loop.signals import NEVER, Sample
 
 ROWS = ("wrist_extension", "finger_flexion")
 PHASES = (
@@ -102,12 +103,40 @@ def test_a_file_and_python_make_the_same_object():
     assert from_document(experiment.document()) == experiment
 
 
+@settings(deadline=None)
+@given(st.lists(st.floats(-80.0, 120.0), min_size=2, max_size=5), st.booleans(), st.floats(0.0, 12.0))
+def test_rows_that_the_first_phase_leaves_out_start_where_the_hand_is_and_come_back(measured, named, later_s):
+    deg = {"wrist_extension": 5.0} if named else {}
+    phases = (GraspPhase(name="rest", duration_s=1.0, deg=deg), *PHASES[1:],
+              GraspPhase(name="release", duration_s=1.0, back=True))
+    block, tick = GraspPhases(phases=phases, rows=ROWS, preview=2), Tick()
+    state, seen = block.init(Context("reference")), []
+    times_s = [*(0.2 * np.arange(len(measured))), 1.0 + later_s]
+    for time_s, angle in zip(times_s, [*measured, 999.0], strict=True):
+        now = tick.time_ns = round(1e9 * time_s)
+        seen.append(np.degrees(block.step(state, (Sample(np.radians([angle, angle]), now, now, now),), tick)[0]))
+    start = [5.0 if named else measured[-1], measured[-1]]
+    rest = GraspPhase(name="rest", duration_s=1.0, deg=dict(zip(ROWS, start, strict=True)))
+    spelt_out = GraspPhases(phases=(rest, *phases[1:]), rows=ROWS, range_deg=dict.fromkeys(ROWS, (-100.0, 150.0)))
+    np.testing.assert_allclose(seen[:-1], [[5.0 if named else angle, angle] for angle in measured], atol=1e-9)
+    np.testing.assert_allclose(seen[-1], degrees(spelt_out, [1.0 + later_s])[0], atol=1e-9)
+    np.testing.assert_allclose(degrees(spelt_out, [7.0])[0], start, atol=1e-9)
+
+
+def test_a_row_without_a_first_angle_needs_the_measured_one():
+    block = GraspPhases(phases=(GraspPhase(name="rest", duration_s=1.0),), rows=ROWS)
+    assert [(port.name, port.optional) for port in block.inputs] == [("measured", False)]
+    tick, state = Tick(), block.init(Context("reference"))
+    for value in (Sample(np.zeros(2), NEVER, NEVER, NEVER), Sample(np.full(2, np.nan), 0, 0, 0)):
+        np.testing.assert_array_equal(block.step(state, (value,), tick)[0], 0.0)
+    assert GraspPhases(phases=PHASES, rows=ROWS).inputs == ()
+
+
 @pytest.mark.parametrize(("changed", "named"), [
     ({"rows": ["wrist_extention", "finger_flexion"]},
      "rows: 'wrist_extention'.*did you mean 'wrist_extension'"),
     ({"rows": ["wrist_extension", "mine"]}, "rows: 'mine'.*give range_deg"),
     ({"rows": ["finger_flexion", "finger_flexion"]}, "rows: .*each once"),
-    ({"rows": [*ROWS, "thumb_flexion"]}, r"phases\[0\].deg: has no angle of thumb_flexion"),
     ({"rows": ["wrist_extension"]}, r"phases\[0\].deg.finger_flexion: is no row"),
     ({"range_deg": {"finger_flexion": [0, 25]}},
      r"phases\[0\].deg.finger_flexion: 30 deg is outside the range of motion of .*; allowed: 0 to 25 deg"),

@@ -136,6 +136,19 @@ def test_nothing_passes_before_every_tracker_is_aligned_and_a_lost_one_ramps_to_
     assert [status for status, _ in tick.reports] == ["not_aligned", "not_aligned"]
 
 
+def test_nothing_passes_until_the_hand_has_been_aligned_for_as_long_as_it_takes_to_relax():
+    safety, tick = Safety(**GENTLE, trackers=1, wait_s=0.05), Tick()
+    state, wanted, widths = safety.init(CONTEXT), np.array([[19e-3, 100e-6]]), []
+    for k, aligned in enumerate([0, 1, 1, 1, 1, 0, 0, 1, 1, 1]):
+        tick.index, tick.time_ns = k, k * 25 * MS
+        stamped = (k * 25 * MS,) * 3
+        flags = Sample(np.array([float(aligned)]), *stamped)
+        pulses, = safety.step(state, (Sample(wanted, *stamped), ABSENT, ABSENT, ABSENT, flags), tick)
+        widths.append(1e6 * pulses[0, 1])
+    np.testing.assert_allclose(widths, [0, 0, 0, 100, 100, 100, 50, 0, 0, 100])
+    assert [status for status, _ in tick.reports] == ["not_aligned", "waiting"] * 2
+
+
 @pytest.mark.parametrize("value", [1.0, math.nan, math.inf])
 def test_the_emergency_stop_cuts_at_once_and_for_good(value):
     safety, tick = Safety(**GENTLE), Tick()
