@@ -41,7 +41,7 @@ class Reach(NamedTuple):
 
 
 def reach_of(model: LinearModel, greatest_drive: Array) -> Reach:
-    """Angles that drives from 0 to `greatest_drive` (muscles,) can hold; without limit for an unstable model."""
+    """Angles that drives from 0 to `greatest_drive` (muscles,) hold; no limits for an unstable model."""
     if np.linalg.eigvals(model.a).real.max() >= 0.0:
         return Reach(np.full(model.outputs, -math.inf), np.full(model.outputs, math.inf))
     effects = -model.c @ np.linalg.solve(model.a, model.b) * greatest_drive

@@ -95,7 +95,8 @@ class Mpc(MpcParameters):
             raise InputError(f"{context.name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
         muscles, candidates = self.model.inputs, candidates_of(self, period_ns(context))
         ledger = np.zeros(self.horizon if self.horizon_charge_max_uc < math.inf else 0)
-        return MpcState(self.reach(), reach_of(self.model, self.reach()), self.allocation().table(), candidates, nominal(candidates),
+        reach = self.reach()
+        return MpcState(reach, reach_of(self.model, reach), self.allocation().table(), candidates, nominal(candidates),
                         np.zeros(muscles), np.zeros((muscles, 2)), ledger)
 
     def next_trial(self, state: MpcState, context: Context) -> MpcState:

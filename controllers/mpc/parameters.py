@@ -53,7 +53,7 @@ class MpcParameters:
     grasping_channels: channels that follow the model alone while the hand touches something; empty: none.
     touching_s: time constant with which the disturbances of the other outputs are followed while the hand
         touches something; the state then follows the drives alone (chosen: response time of a joint).
-    begin_s: time in a trial before which it commands nothing: the hand is held in a pose, or relaxes after it.
+    begin_s: time in a trial before which it commands nothing: the hand is held in a pose, or relaxes after.
     max_age_ms: age beyond which a sample is not used.
     hold_ms, ramp_ms: time for which the drive is held, then ramped to zero, without a usable sample.
     solver: "daqp" or "osqp".

@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -21,7 +20,8 @@ def test_no_constant_drive_holds_an_angle_outside(shares):
     for _ in range(2000):
         states = sampled.a @ states + sampled.b @ (np.array(shares) * MOST)
     held = sampled.c @ states + sampled.offset
-    assert (reach.least - 1e-9 <= held).all() and (held <= reach.greatest + 1e-9).all()
+    assert (reach.least - 1e-9 <= held).all()
+    assert (held <= reach.greatest + 1e-9).all()
 
 
 def test_the_ends_are_held_by_all_muscles_that_pull_that_way():
@@ -44,13 +44,7 @@ def test_a_reference_beyond_is_reported_when_it_gets_there():
 
 def test_an_unstable_model_has_no_ends():
     reach = reach_of(LinearModel(a=[[1.0]], b=[[1.0]], c=[[1.0]], offset=[0.0]), np.ones(1))
-    assert reach.least[0] == -np.inf and reach.greatest[0] == np.inf
+    assert (reach.least[0], reach.greatest[0]) == (-np.inf, np.inf)
     tick = Tick()
     reach.look(StatusLatch(), tick, np.array([1e6]))
     assert tick.reports == []
-
-
-def test_stated_ends_are_finite():
-    assert np.isfinite([reach_of(MODEL, MOST).least, reach_of(MODEL, MOST).greatest]).all()
-    with pytest.raises(ValueError, match="shape|dimension|broadcast"):
-        reach_of(MODEL, np.ones(7))

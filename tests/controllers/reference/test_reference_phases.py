@@ -114,10 +114,12 @@ def test_rows_that_the_first_phase_leaves_out_start_where_the_hand_is_and_come_b
     times_s = [*(0.2 * np.arange(len(measured))), 1.0 + later_s]
     for time_s, angle in zip(times_s, [*measured, 999.0], strict=True):
         now = tick.time_ns = round(1e9 * time_s)
-        seen.append(np.degrees(block.step(state, (Sample(np.radians([angle, angle]), now, now, now),), tick)[0]))
+        sample = Sample(np.radians([angle, angle]), now, now, now)
+        seen.append(np.degrees(block.step(state, (sample,), tick)[0]))
     start = [5.0 if named else measured[-1], measured[-1]]
     rest = GraspPhase(name="rest", duration_s=1.0, deg=dict(zip(ROWS, start, strict=True)))
-    spelt_out = GraspPhases(phases=(rest, *phases[1:]), rows=ROWS, range_deg=dict.fromkeys(ROWS, (-100.0, 150.0)))
+    wide = dict.fromkeys(ROWS, (-100.0, 150.0))
+    spelt_out = GraspPhases(phases=(rest, *phases[1:]), rows=ROWS, range_deg=wide)
     np.testing.assert_allclose(seen[:-1], [[5.0 if named else angle, angle] for angle in measured], atol=1e-9)
     np.testing.assert_allclose(seen[-1], degrees(spelt_out, [1.0 + later_s])[0], atol=1e-9)
     np.testing.assert_allclose(degrees(spelt_out, [7.0])[0], start, atol=1e-9)
