@@ -96,8 +96,8 @@ class Mpc(MpcParameters):
         muscles, candidates = self.model.inputs, candidates_of(self, period_ns(context))
         ledger = np.zeros(self.horizon if self.horizon_charge_max_uc < math.inf else 0)
         reach = self.reach()
-        return MpcState(reach, reach_of(self.model, reach), self.allocation().table(), candidates, nominal(candidates),
-                        np.zeros(muscles), np.zeros((muscles, 2)), ledger)
+        return MpcState(reach, reach_of(self.model, reach), self.allocation().table(), candidates,
+                        nominal(candidates), np.zeros(muscles), np.zeros((muscles, 2)), ledger)
 
     def next_trial(self, state: MpcState, context: Context) -> MpcState:
         """State at rest, with the learnt strengths of the muscles."""
