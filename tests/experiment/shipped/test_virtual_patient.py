@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop import Recording, load
+from fesloop import InputError, Recording, load
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
@@ -89,10 +89,18 @@ def test_a_tube_is_pinched_between_the_thumb_and_two_fingers(tmp_path):
 
 
 @pytest.mark.slow
-def test_most_of_a_cohort_grasps_and_pinches(tmp_path):
-    results = [ran(tmp_path, name, "cohort=2", f"member={member}", "experiment.duration_s=9.2")[0]
-               for name in ("grasp_cylinder", "pinch") for member in (1, 2, 3)]
-    assert sum(result.metrics["held"][0] for result in results) >= 4
+def test_fixed_currents_at_fixed_places_hold_the_cylinder_in_some_people_only(tmp_path):
+    held = []
+    for member in range(6):
+        try:
+            result, _ = ran(tmp_path, "grasp_cylinder", "cohort=2", f"member={member}",
+                            "experiment.duration_s=9.2")
+        except InputError as fault:
+            assert "reaches" in str(fault)  # noqa: PT017 - a larger hand has no room for the cylinder
+            held.append(False)
+        else:
+            held.append(result.metrics["held"][0])
+    assert 1 <= sum(held) <= 5
 
 
 def test_the_hand_opens_and_closes_and_no_muscle_within_the_hand_is_reached(tmp_path):

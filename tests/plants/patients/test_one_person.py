@@ -135,8 +135,8 @@ def test_days_change_the_sensors_and_not_the_bones():
 
 def test_without_variation_everyone_is_of_average_proportions():
     kind = load("sci_c6")
-    unvaried = {"length", "joint_mm", "axis_deg", "width_mm", "motor_along_mm", "motor_around_deg", "motor_depth_mm",
-                "rest_deg"}
+    unvaried = {"length", "joint_mm", "axis_deg", "width_mm", "motor_along_mm", "motor_around_deg",
+                "motor_depth_mm", "rest_deg"}
     cohort = replace(kind.cohort, **dict.fromkeys(unvaried, 0.0))
     one = replace(kind, cohort=cohort).member(cohort=1, number=2)
     assert {"anatomy", "sensors", "calibration"}.isdisjoint(one.table())
