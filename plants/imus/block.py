@@ -404,7 +404,8 @@ class Imus:
     Attributes
     ----------
     measures: kinds of output.
-    preset: hardware of S19, K14 (`plants.imus.device`) or "ideal", for all parameters not given.
+    preset: hardware of S19, the same without its calibration by a robot ("salchow2019_raw"), K14
+        (`plants.imus.device`) or "ideal", for all parameters not given.
     site_names: names of the s input sites.
     sites: names or numbers of sites with a sensor, in the order of the samples. Empty: those of the preset
         (all but the forearm).

@@ -60,6 +60,18 @@ def test_the_mpu_9250s_data_sheet():
     assert len(Imus(sites=("forearm",)).outputs) == 3
 
 
+def test_sensors_without_calibration_have_the_data_sheets_errors_and_the_same_noise():
+    raw, calibrated = Imus(preset="salchow2019_raw"), Imus(preset="salchow2019")
+    assert math.degrees(3.0 * raw.gyroscope.bias_sd) == pytest.approx(5.0)
+    assert 3.0 * raw.accelerometer.bias_sd == pytest.approx(0.06 * 9.80665)
+    assert 3.0 * raw.accelerometer.scale_sd == pytest.approx(0.03)
+    for kind in ("gyroscope", "accelerometer", "magnetometer"):
+        one, other = getattr(raw, kind), getattr(calibrated, kind)
+        assert (one.noise_sd, one.limit, one.resolution) == (other.noise_sd, other.limit, other.resolution)
+        assert one.turn_deg > other.turn_deg
+        assert one.bias_sd > other.bias_sd
+
+
 def test_what_is_given_stands_even_where_it_is_zero():
     imus = Imus(preset="salchow2019", gyroscope=TriadErrors(noise_sd=0.0), soft_iron=0.0,
                 mounting_angle_deg=(0.0, 0.0), mag_sites=("hand",))
