@@ -222,7 +222,7 @@ PRESETS: dict[PresetName, Preset] = {
 }
 _CALIBRATED = PRESETS["salchow2019"]
 PRESETS["salchow2019_raw"] = _CALIBRATED._replace(
-    # The same without the paper's calibration by a robot (section 2.1: bias, scale, axes, common orientation):
+    # Without the paper's calibration by a robot (section 2.1: bias, scale, axes, common orientation):
     # a third of the data sheet's limits, as above, is the sd; a magnetometer on a die of its own: chosen.
     gyroscope=replace(_CALIBRATED.gyroscope, bias_sd=5.0 / 3.0 * _DEG, turn_deg=1.0),
     accelerometer=replace(_CALIBRATED.accelerometer, bias_sd=20.0 * _MILLI_G, scale_sd=0.01,
