@@ -60,15 +60,17 @@ def spread(seed):
 
 def of_job(job):
     """What the scoring of a job of either paper might have kept: nearly the paper's own figures."""
-    if job.key[0] == "traces":
-        return kortier_traces() if job.experiment == "kortier2014" else salchow_traces(job.key[1])
-    times = spread(job.seed)
     motion = next(each for each in job.key if each in MOTIONS)
+    if job.score is kortier2014.traces:
+        return kortier_traces()
+    if job.score in (salchow2019.tip_traces, salchow2019.distance_traces):
+        return salchow_traces(motion)
+    times = spread(job.seed)
     return kortier(motion, times) if job.experiment == "kortier2014" else salchow(motion, times)
 
 
-def run_jobs(jobs, workers, progress=None):
+def run_jobs(attempts, workers, progress=None):
     """In place of a cohort's."""
     if progress is not None:
         progress(1.0)
-    return {job.key: of_job(job) for job in jobs}
+    return {attempt.key: {"kept": of_job(attempt.job)} for attempt in attempts}

@@ -19,7 +19,9 @@ class ToldRecording:
     """
 
     def __init__(self, script, trials=1, seed=1):
-        self.experiment = {"blocks": {"hand": {
+        told = {name: {"hand": {"side": "left"}}
+                for name in ("tracker", "salchow_b", "salchow_m1", "salchow_m2")}
+        self.experiment = {"blocks": {**told, "hand": {
             "kind": "moving_hand", "script": script, "hand": {"side": "left"}}}}
         self.seed, self.trials = seed, trials
         self.plant = MovingHand(script=script, hand=HandSize(side="left"))

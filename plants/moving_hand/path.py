@@ -26,7 +26,9 @@ Array = NDArray[np.float64]
 _TOLERANCE_M, _CONVERGED = 5e-4, 1e-5
 _LEAST_M = 1e-4
 """Distance below which points count as touching, as the direction between them is undefined."""
-_ITERATIONS, _LONGEST_STEP, _TANGENTIAL = 200, 0.3, 0.5
+_ITERATIONS, _LONGEST_STEP = 300, 0.3
+_TANGENTIAL, _CAUTIOUS, _SOON = 0.5, 0.1, 100
+"""Gain along the contacts, and that after so many iterations, in which the other did not converge."""
 _AT_REFERENCE = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
@@ -66,13 +68,14 @@ class ContactSolver:
         target = np.clip(preferred[self.freedoms], self._low, self._high)
         x = np.clip(start[self.freedoms], self._low, self._high)
         free = np.ones(x.size, dtype=np.bool_)
-        for _ in range(_ITERATIONS):
+        for iteration in range(_ITERATIONS):
+            gain = _TANGENTIAL if iteration < _SOON else _CAUTIOUS
             angles[self.freedoms] = x
             gaps, slopes = self._gaps(angles)
             slopes[:, ~free] = 0.0
             back = np.where(free, target - x, 0.0)
-            step = _TANGENTIAL * back - np.linalg.lstsq(
-                slopes, gaps + _TANGENTIAL * (slopes @ back), rcond=1e-9)[0]
+            step = gain * back - np.linalg.lstsq(
+                slopes, gaps + gain * (slopes @ back), rcond=1e-9)[0]
             longest = float(np.abs(step).max())
             x = x + step * min(1.0, _LONGEST_STEP / max(longest, 1e-12))
             if longest < _CONVERGED:
@@ -169,7 +172,7 @@ class MotionPath:
 
 def motion_path(
     phases: Sequence[Phase], tree: SegmentTree, size: HandSize, rest_deg: Mapping[str, float],
-    rng: np.random.Generator, knot_s: float, rest_sd_deg: float = 0.0,
+    rng: np.random.Generator, knot_s: float, rest_sd_deg: float = 0.0, repeat_sd_deg: float = 0.0,
 ) -> MotionPath:
     """Make the path of a script; InputError for unknown freedoms and contacts out of reach.
 
@@ -181,11 +184,12 @@ def motion_path(
     rng: source of variation of cycles, and of the phases of sway and play.
     knot_s: interval between knots.
     rest_sd_deg: sd of the error of every angle at t = 0.
+    repeat_sd_deg: sd of every angle at each end of a cycle with pauses.
     """
     rest = _posture(tree, rest_deg, np.zeros(len(tree.ranges)))
     if rest_sd_deg:
         rest += math.radians(rest_sd_deg) * rng.standard_normal(rest.size)
-    writer = _Writer(tree, size, rest, rng)
+    writer = _Writer(tree, size, rest, rng, math.radians(repeat_sd_deg))
     for phase in phases:
         writer.add(phase)
     count = max(6, 1 + math.ceil(length_s(phases) / knot_s))
@@ -198,7 +202,22 @@ def motion_path(
     columns[:, :ARM], columns[:, -ARM:] = arm[:, :ARM], arm[:, ARM:]
     spline = make_interp_spline(times, columns, k=5)
     knots = np.stack([spline(times), spline(times, 1), spline(times, 2)], axis=1)
-    return MotionPath(knot_s, knots, writer.spans)
+    return MotionPath(knot_s, knots, spans_of(phases))
+
+
+def spans_of(phases: Sequence[Phase]) -> list[Span]:
+    """Spans of the named phases of a script, in order."""
+    spans, time = [], 0.0
+    for phase in phases:
+        if not phase.contacts:
+            spans.append(Span(phase.name, time, time + phase.length_s))
+            time += phase.length_s
+            continue
+        for _ in range(max(1, phase.cycles)):
+            time += phase.approach_s
+            spans.append(Span(phase.name, time, time + phase.duration_s))
+            time += phase.duration_s + (phase.approach_s if phase.cycles else 0.0)
+    return [span for span in spans if span.name]
 
 
 def _fill(columns: Array, times: Array, pieces: Sequence[Piece]) -> None:
@@ -224,17 +243,20 @@ def _rise(s: Array) -> Array:
 
 @dataclass(slots=True)
 class _Writer:
-    """Builder of a path, phase by phase; `now` is the posture at the end of the last one."""
+    """Builder of a path, phase by phase; `now` is the posture at the end of the last one.
+
+    `scatter` is the sd of every angle at each end of a cycle with pauses, rad.
+    """
 
     tree: SegmentTree
     size: HandSize
     now: Array
     rng: np.random.Generator
+    scatter: float = 0.0
     rest: Array = field(init=False)
     time: float = 0.0
     fingers: list[Piece] = field(default_factory=list)
     arm: list[Piece] = field(default_factory=list)
-    spans: list[Span] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.rest = self.now.copy()
@@ -249,8 +271,6 @@ class _Writer:
         else:
             self._go(_posture(self.tree, phase.posture_deg, self.rest if phase.to_rest else self.now),
                      phase.duration_s)
-        if phase.name and not phase.contacts:
-            self.spans.append(Span(phase.name, begin, self.time))
         if phase.arm is not None:
             self.arm.append(Piece(begin, self.time, _sway(phase.arm, self.time - begin, self.rng)))
 
@@ -273,9 +293,15 @@ class _Writer:
             first = self.tree.freedom(next(iter(phase.posture_deg)))
             self._append(phase.length_s, _circles(self.now, far, first, phase.length_s, phase.cycles))
             return
+        begin = self.now
         for duration, size in zip(durations, sizes, strict=True):
             stay = phase.stay_s * duration / phase.duration_s
-            self._append(duration, _there_and_back(self.now, size * far, duration, stay))
+            there, back = begin + size * far, begin
+            if self.scatter and stay:
+                away, home = self.scatter * self.rng.standard_normal((2, begin.size))
+                there, back = there + away, back + home
+            self._append(duration, _there_and_back(self.now, there, back, duration, stay))
+            self.now = back
 
     def _touch(self, phase: Phase) -> None:
         """Approach the contacts, hold them and, with cycles, release them."""
@@ -285,20 +311,19 @@ class _Writer:
         for _ in range(max(1, phase.cycles)):
             course = _in_contact(solver, preferred, phase, self.rng)
             self._go(course(np.zeros(1))[0], phase.approach_s)
-            self.spans.append(Span(phase.name, self.time, self.time + phase.duration_s))
             self._append(phase.duration_s, course)
             self.now = course(np.array([phase.duration_s]))[0]
             if phase.cycles:
                 self._go(away, phase.approach_s)
 
 
-def _there_and_back(start: Array, far: Array, duration: float, stay: float) -> Course:
-    """Minimum-jerk movement from `start` by `far` and back, with a pause of `stay` at either end."""
+def _there_and_back(start: Array, there: Array, back: Array, duration: float, stay: float) -> Course:
+    """Minimum-jerk movement from `start` to `there` and to `back`, with a pause of `stay` at either end."""
     going = 0.5 * duration - stay
 
     def course(t: Array) -> Array:
-        share = _rise(t / going) - _rise((t - going - stay) / going)
-        return np.asarray(start + share * far)
+        away, home = _rise(t / going), _rise((t - going - stay) / going)
+        return np.asarray(start + away * (there - start) + home * (back - there))
 
     return course
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,80 +13,21 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
-from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics_kernels import forward, turned
 from fesloop.hand.motion import STANDARD_GRAVITY, motions, sense
 from fesloop.hand.quaternion_kernels import conjugate, multiply
-from fesloop.hand.segments import FREEDOMS, Segment, SegmentTree
+from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.noise import stream_key
 from fesloop.loop.signals import Port, Value
-from plants.moving_hand.path import MotionPath, motion_path
+from plants.moving_hand.path import MotionPath, Span, motion_path, spans_of
 from plants.moving_hand.script import Phase, length_s
 from plants.moving_hand.scripts import MotionScript, script
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Deviation:
-    """Deviation of a person's hand from its measures; zeros: none.
-
-    Attributes
-    ----------
-    length: relative sd of each segment's length (a few per cent: doi 10.3390/s19010208, section 5).
-    centre_mm: sd of the position of each finger's first joint on the palm, along each axis.
-    axis_tilt_deg: range of the angle by which each joint's axes are tilted as a whole against the segments,
-        uniform, about a random direction (5 to 10: doi 10.3390/s19010208, section 5).
-    """
-
-    length: float = 0.0
-    centre_mm: float = 0.0
-    axis_tilt_deg: tuple[float, float] = (0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.length <= 0.2:
-            raise InputError("length", f"{self.length}", "0 to 0.2, a relative sd")
-        if not 0.0 <= self.centre_mm <= 20.0:
-            raise InputError("centre_mm", f"{self.centre_mm}", "0 to 20 mm")
-        low, high = self.axis_tilt_deg
-        if not 0.0 <= low <= high <= 30.0:
-            raise InputError("axis_tilt_deg", f"{self.axis_tilt_deg}", "least <= most, within 0 to 30 deg")
-
-
-def person(tree: SegmentTree, deviation: Deviation, rng: np.random.Generator) -> SegmentTree:
-    """Tree of one person: `tree` with random lengths, places and axes, except of the root."""
-    segments = [tree.segments[0]]
-    for segment in tree.segments[1:]:
-        scale = max(0.5, 1.0 + deviation.length * float(rng.standard_normal()))
-        moved = 1e-3 * deviation.centre_mm * rng.standard_normal(3)
-        tilt = _tilt(deviation.axis_tilt_deg, rng)
-        first = segment.parent is not None and any(segment.base)
-        segments.append(replace(
-            segment, offset=_triple(scale * np.array(segment.offset)),
-            base=_triple(np.array(segment.base) + moved) if first else segment.base,
-            axes=_tilted_axes(segment, tilt)))
-    return SegmentTree(tuple(segments))
-
-
-def _tilt(limits_deg: tuple[float, float], rng: np.random.Generator) -> Array:
-    """Rotation about a random direction, (4,)."""
-    direction, share = rng.standard_normal(3), rng.uniform()
-    angle = math.radians(limits_deg[0] + share * (limits_deg[1] - limits_deg[0]))
-    return quaternion.from_axis_angle(direction / np.linalg.norm(direction), angle)
-
-
-def _tilted_axes(segment: Segment, tilt: Array) -> tuple[tuple[float, float, float], ...]:
-    rows = quaternion.rotate(tilt, segment.frame)[:FREEDOMS[segment.joint]]
-    return tuple(_triple(row) for row in rows)
-
-
-def _triple(vector: Array) -> tuple[float, float, float]:
-    x, y, z = (float(each) for each in vector)
-    return x, y, z
 
 
 Numbers = NDArray[np.int64]
@@ -200,6 +142,14 @@ class Wearer(NamedTuple):
     tips: Numbers
 
 
+@lru_cache(maxsize=4)
+def _path(plant: MovingHand, key: int) -> MotionPath:
+    """Path by a random key; kept, as a rehearsal and the run need the same."""
+    return motion_path(plant.chosen_script().phases, hand_tree(plant.hand), plant.hand,
+                       plant.posture_at_start(), _generator(key), 1e-3 * plant.knot_ms, plant.rest_sd_deg,
+                       plant.repeat_sd_deg)
+
+
 @dataclass(slots=True, eq=False)
 class MovingHandState:
     """State of the moving hand.
@@ -219,8 +169,7 @@ class MovingHandState:
 class MovingHand:
     """A hand that moves exactly along a script, whatever the forces; exact at any instant.
 
-    The hand is one person's: `deviation` makes lengths and joint axes random by run, the same in every trial;
-    variation in the script is random by trial. Trackers get the measures `hand`.
+    The hand is one person's, the same in every trial; variation in the script is random by trial.
 
     Outputs: `angles`, `rates`, `accelerations` (23,), rad and s, in the order of the hand's freedoms
     (`fesloop.hand.skeleton`; a person's are about their own tilted axes); `fingertips` (5, 3), m, bone ends
@@ -230,23 +179,25 @@ class MovingHand:
 
     Attributes
     ----------
-    hand: measures of the hand.
-    deviation: deviation of this person from them.
+    hand: the hand itself, with its own lengths and joint axes.
     script: name of a script (`plants.moving_hand.scripts`), or empty.
     phases: a script of one's own; after it the hand does not move.
     rest_deg: posture at its start, by freedom; others are 0.
+    pose_error_deg: error of the posture at the start, by freedom, the same in every trial.
     rest_sd_deg: sd of the error of each angle at the start, random by trial.
+    repeat_sd_deg: sd of each angle of a posture whenever a cycle returns to it, after a pause.
     forearm_orientation: (w, x, y, z), from the wrist coordinate system to the global frame (ENU) without
         sway; empty: palm down, fingers to the north.
     knot_ms: interval between knots of the path, a quintic spline.
     """
 
     hand: HandSize = field(default_factory=HandSize)
-    deviation: Deviation = field(default_factory=Deviation)
     script: str = ""
     phases: tuple[Phase, ...] = ()
     rest_deg: dict[str, float] = field(default_factory=dict)
+    pose_error_deg: dict[str, float] = field(default_factory=dict)
     rest_sd_deg: float = 0.0
+    repeat_sd_deg: float = 0.0
     forearm_orientation: tuple[float, ...] = ()
     knot_ms: float = 20.0
 
@@ -258,13 +209,18 @@ class MovingHand:
             raise InputError("rest_deg", "is given with a script", "none: the script has its own")
         if not 1.0 <= self.knot_ms <= 1000.0:
             raise InputError("knot_ms", f"{self.knot_ms}", "1 to 1000 ms")
-        if not 0.0 <= self.rest_sd_deg <= 30.0:
-            raise InputError("rest_sd_deg", f"{self.rest_sd_deg}", "0 to 30 deg")
+        for name in ("rest_sd_deg", "repeat_sd_deg"):
+            if not 0.0 <= getattr(self, name) <= 30.0:
+                raise InputError(name, f"{getattr(self, name)}", "0 to 30 deg")
+        for name, error in self.pose_error_deg.items():
+            if not abs(error) <= 60.0:
+                raise InputError(f"pose_error_deg.{name}", f"{error}", "-60 to 60 deg")
         q = self.forearm_orientation
         if q and (len(q) != 4 or abs(math.hypot(*q) - 1.0) > 1e-6):
             raise InputError("forearm_orientation", f"{q}", "a quaternion (w, x, y, z) of length 1, or empty")
-        tree, chosen = hand_tree(self.hand), self._chosen_script()
-        for name in (*chosen.rest_deg, *(name for phase in chosen.phases for name in phase.posture_deg)):
+        tree, chosen = hand_tree(self.hand), self.chosen_script()
+        for name in (*self.pose_error_deg, *chosen.rest_deg,
+                     *(name for phase in chosen.phases for name in phase.posture_deg)):
             tree.freedom(name)
         if self.length_s > 24 * 3600.0:
             raise InputError("phases", f"last {self.length_s:g} s", "a day at most")
@@ -272,7 +228,7 @@ class MovingHand:
     @property
     def length_s(self) -> float:
         """Duration of the script, s."""
-        return length_s(self._chosen_script().phases)
+        return length_s(self.chosen_script().phases)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -298,28 +254,32 @@ class MovingHand:
         """False: there are no inputs."""
         return False
 
-    def wearer(self, seed: int, name: str) -> Wearer:
-        """The hand of a run, random by its seed and the node's name."""
-        nominal = hand_tree(self.hand)
-        rng = _generator(stream_key(seed, f"{name}/person", 0))
-        own = person(nominal, self.deviation, rng)
+    @property
+    def wearer(self) -> Wearer:
+        """The hand, as segments after a room."""
         forearm = Segment(name="forearm", parent="room", joint="ball", joint_name="arm")
-        tree = SegmentTree((Segment(name="room"), forearm, *own.segments[1:]))
+        tree = SegmentTree((Segment(name="room"), forearm, *hand_tree(self.hand).segments[1:]))
         tips = [tree.index(f"F{i}d") for i in range(1, 6)]
         return Wearer(tree, np.arange(1, 18), dorsal_points(self.hand), np.array(tips))
 
     def path(self, seed: int, name: str, trial: int = 0) -> MotionPath:
         """Path of a trial; InputError for contacts out of this person's reach."""
-        own = SegmentTree((Segment(name="forearm"), *self.wearer(seed, name).tree.segments[2:]))
-        rng = _generator(stream_key(seed, f"{name}/path", trial))
-        chosen = self._chosen_script()
-        return motion_path(chosen.phases, own, self.hand, chosen.rest_deg, rng, 1e-3 * self.knot_ms,
-                           self.rest_sd_deg)
+        return _path(self, stream_key(seed, f"{name}/path", trial))
+
+    @property
+    def spans(self) -> list[Span]:
+        """Named phases of the script."""
+        return spans_of(self.chosen_script().phases)
+
+    def posture_at_start(self) -> dict[str, float]:
+        """Posture of the script at its start with the error of the pose, deg, by freedom; others are 0."""
+        rest = self.chosen_script().rest_deg
+        return {each: rest.get(each, 0.0) + self.pose_error_deg.get(each, 0.0)
+                for each in {**rest, **self.pose_error_deg}}
 
     def init(self, context: Context) -> MovingHandState:
         """State at the start of the script."""
-        return MovingHandState(self.wearer(context.seed, context.name),
-                               self.path(context.seed, context.name, context.trial))
+        return MovingHandState(self.wearer, self.path(context.seed, context.name, context.trial))
 
     def next_trial(self, state: MovingHandState, context: Context) -> MovingHandState:
         """State of the same person at the start of another trial."""
@@ -349,7 +309,8 @@ class MovingHand:
         return (postures[:, 0], postures[:, 1], postures[:, 2], fingertips, orientations, positions,
                 samples[:, 0], samples[:, 1])
 
-    def _chosen_script(self) -> MotionScript:
+    def chosen_script(self) -> MotionScript:
+        """Phases, and the posture at their start without error."""
         if self.script:
             return script(self.script)
         return MotionScript(phases=self.phases, rest_deg=self.rest_deg)

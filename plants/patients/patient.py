@@ -165,6 +165,8 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
         if not elements:
             del parameters["skin_gain"]
         return _plain(parameters)
+    if kind == "moving_hand":
+        return _plain({"pose_error_deg": dict(patient.calibration.pose_error_deg)})
     if kind == "imus":
         return _plain(sensors(patient))
     if kind == "safety":

@@ -7,6 +7,7 @@ from fesloop import Experiment
 from fesloop.experiment.record_spec import Record
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import dorsal_points
 from fesloop.loop.nodes import Node
 from fesloop.show.picture.cast import cast_of
@@ -14,7 +15,6 @@ from fesloop.show.picture.posture import estimated_posture, true_posture
 from fesloop.show.picture.scene import half_sizes, solids_of
 from fesloop.show.picture.signals import curve, values_at
 from plants.moving_hand import MovingHand
-from plants.moving_hand.plant import Deviation
 
 AT = np.array([0, 123_456_789, 400_000_000])
 
@@ -60,7 +60,8 @@ def test_what_is_left_of_a_recording_is_enough(recorded, grasp, left_out):
 
 @pytest.mark.slow
 def test_a_persons_own_joint_axes_are_drawn_as_they_are(tmp_path):
-    hand = MovingHand(script="kortier_flexion", deviation=Deviation(axis_tilt_deg=(5.0, 10.0)))
+    tilted = HandSize(axes_deg={"F2m": (5.0, -3.0, 4.0), "hand": (0.0, 6.0, 2.0)})
+    hand = MovingHand(script="kortier_flexion", hand=tilted)
     experiment = Experiment(name="tilted", nodes=(Node("hand", hand),), duration_s=3.0,
                             record=Record(plant_rate="100"))
     with Recording(experiment.run(tmp_path).recording) as recording:

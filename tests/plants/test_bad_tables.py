@@ -8,9 +8,9 @@ HAND = 'blocks.hand={kind="moving_hand", %s}'
 PHASE = HAND % "phases=[{%s}]"
 MISTAKES = {
     "motion=P7": "no script is named 'P7'",
-    "blocks.hand.deviation={lenght=0.03}": "did you mean 'length'?",
-    "blocks.hand.deviation={length=3.0}": "0 to 0.2, a relative sd",
-    "blocks.hand.deviation={axis_tilt_deg=[10.0, 5.0]}": "least <= most",
+    "blocks.hand.pose_error_deg={F2_pip_flexin=3.0}": "F2_pip_flexin",
+    "blocks.hand.pose_error_deg={F2_pip_flexion=90.0}": "-60 to 60 deg",
+    "blocks.hand.repeat_sd_deg=-1.0": "0 to 30 deg",
     "blocks.hand.rest_deg={F2_pip_flexion=10.0}": "is given with a script",
     "blocks.hand.forearm_orientation=[2.0, 0.0, 0.0, 0.0]": "of length 1",
     'blocks.hand={kind="moving_hand"}': "phases, or the name of a script",

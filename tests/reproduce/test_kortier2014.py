@@ -2,37 +2,45 @@ import numpy as np
 import pytest
 from made_up_scores import kortier, run_jobs, spread
 
-from fesloop.apps.reproduce import kortier2014
+from fesloop.apps.reproduce import error_model, kortier2014
 from fesloop.apps.reproduce.comparison import share_that_holds
-from fesloop.apps.reproduce.kortier2014 import FIGURES, PATTERNS, angle_key, jobs, subject_values, tip_key
-from fesloop.apps.reproduce.scores import figure_rows, papers_of_subjects, pattern_rows
+from fesloop.apps.reproduce.error_model import PRIORS, theta_at
+from fesloop.apps.reproduce.kortier2014 import FIGURES, PATTERNS, angle_key, replicate, replicates, tip_key
+from fesloop.apps.reproduce.scores import figure_rows, pattern_rows
 from fesloop.experiment.files.parse import load
 
-MOTIONS = ("flexion", "circles", "pinch", "rapid", "flat", "mould")
-EVERY = {" ".join(map(str, job.key)): job for job in jobs(1)}
+SEATS = {"flexion": [0], "circles": [0], "pinch": [1], "rapid": [1], "flat": [2, 3, 4, 5, 6],
+         "mould": [2, 3, 4, 5, 6]}
+THETA = theta_at("kortier2014", np.full(len(PRIORS["kortier2014"]), 0.6))
 
 
-def rows(times=1.0, subjects=6):
+def rows(times=1.0, papers=6):
     """Rows of made-up scores, which are their own baseline."""
-    kept = {motion: [kortier(motion, times * spread(seed)) for seed in range(subjects)] for motion in MOTIONS}
-    papers = papers_of_subjects(subject_values(kept), FIGURES)
-    return [*figure_rows(FIGURES, papers, papers), *pattern_rows(PATTERNS, papers, papers)]
+    found = replicates([{(motion, seat): kortier(motion, times * spread(paper))
+                         for motion, seats in SEATS.items() for seat in seats} for paper in range(papers)])
+    return [*figure_rows(FIGURES, found, found), *pattern_rows(PATTERNS, found, found)]
 
 
-@pytest.mark.parametrize("name", EVERY)
-def test_every_run_can_be_loaded(name):
-    job = EVERY[name]
-    experiment = load(job.experiment, job.settings, job.seed)
-    hand = next(node.part for node in experiment.nodes if node.name == "hand")
-    motion = next(part for part in job.key if part in MOTIONS)
-    assert hand.script == f"kortier_{motion}"
-    assert experiment.duration_ns == pytest.approx(hand.length_s * 1e9)
+@pytest.mark.parametrize("motion", SEATS)
+def test_every_run_can_be_loaded(motion):
+    jobs = replicate(THETA, range(1, 9), motion)
+    assert [job.key for job in jobs] == [(motion, seat) for seat in SEATS[motion]]
+    for job in jobs:
+        experiment = load(job.experiment, job.settings, job.seed)
+        parts = {node.name: node.part for node in experiment.nodes}
+        assert parts["hand"].script == f"kortier_{motion}"
+        assert parts["hand"].repeat_sd_deg == THETA["repeat_deg"]
+        # Both blocks are one device, mounted once.
+        assert parts["gyroscopes"].mounting_deg == parts["imus"].mounting_deg
+        assert parts["gyroscopes"].gyroscope.bias_sd == THETA["bias_rad_s"]
+        assert experiment.duration_ns / 1e9 <= parts["hand"].length_s
 
 
-def test_movements_are_repeated_as_in_the_paper():
-    trials = {job.key[0]: load(job.experiment, job.settings).trials for job in jobs(1)
-              if job.key[0] in MOTIONS}
-    assert trials == {"flexion": 10, "circles": 10, "pinch": 10, "rapid": 1, "flat": 3, "mould": 3}
+def test_one_subject_moves_the_index_finger_in_both_ways():
+    jobs = [replicate(THETA, range(1, 9), motion)[0] for motion in ("flexion", "circles", "flat")]
+    hands = [next(node.part.hand for node in load(job.experiment, job.settings, job.seed).nodes
+                  if node.name == "hand") for job in jobs]
+    assert hands[0] == hands[1] != hands[2]
 
 
 def test_the_papers_own_figures_hold_in_every_row():
@@ -62,9 +70,9 @@ def test_a_pattern_breaks_where_one_figure_breaks_it(statement, changed):
 
 
 def test_a_whole_reproduction_has_a_row_for_each_figure_of_the_paper(monkeypatch):
-    monkeypatch.setattr(kortier2014, "run_jobs", run_jobs)
+    monkeypatch.setattr(error_model, "run_jobs", run_jobs)
     found = kortier2014.run(3, 1)
-    assert (found.paper, found.subjects, len(found.rows)) == ("kortier2014", 3, 20)
+    assert (found.paper, found.cohort, len(found.rows)) == ("kortier2014", "3 virtual papers", 20)
     assert set(found.curves["traces"]) == {"flexion", "circles", "rapid"}
     sweep = found.sweeps["constraints"]
     assert [name for name, _ in sweep.rows] == list(kortier2014.CONSTRAINTS)

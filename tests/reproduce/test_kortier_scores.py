@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from told_recording import ToldRecording
 
-from fesloop.apps.reproduce import kortier2014 as kortier_scores
+from fesloop.apps.reproduce.error_model import Reference
 from fesloop.apps.reproduce.kortier2014 import clenched_phase, flat_phase, index_tip, pinch, rapid, traces
 
 
@@ -22,12 +22,25 @@ def test_the_index_tip_is_scored_axis_by_axis_while_the_movement_lasts():
     np.testing.assert_allclose(index_tip(recording)["rms_mm"], [[2.0, 1.0, 2.0, 3.0]] * 2, atol=1e-9)
 
 
-def test_the_index_tip_is_scored_from_the_hand_not_from_the_wrist(monkeypatch):
+def test_the_index_tip_is_scored_from_its_first_joint():
+    """A tracker with another palm and joint, which the paper's calibration trial shows, loses nothing."""
     recording = told("flexion")
+    size = {"side": "left", "joints_mm": [[0.0] * 3, [3.0, -2.0, 4.0], *[[0.0] * 3] * 3]}
+    recording.experiment["blocks"]["tracker"] = {"hand": size}
     estimate, _ = recording.told["tracker.fingertips"]
-    estimate -= [0.0, 4e-3, 0.0]
-    monkeypatch.setattr(kortier_scores, "palm_error", lambda recording: np.array([0.0, 4e-3, 0.0]))
+    estimate[:, 1] += 1e-3 * np.array(size["joints_mm"][1])
     np.testing.assert_allclose(index_tip(recording)["rms_mm"], 0.0, atol=1e-9)
+
+
+def test_an_optical_frame_that_is_turned_and_shifted_shows():
+    recording = told("flexion")
+    half = np.radians(2.0)
+    optical = Reference(np.array([np.cos(half), 0.0, 0.0, np.sin(half)]), np.zeros((5, 3)))
+    _, _, z, distance = index_tip(recording, optical)["rms_mm"][0]
+    assert z == pytest.approx(0.0, abs=1e-9)
+    assert 1.0 < distance < np.radians(4.0) * 95.0
+    shifted = Reference(np.array([1.0, 0.0, 0.0, 0.0]), np.full((5, 3), 2e-3))
+    np.testing.assert_allclose(index_tip(recording, shifted)["rms_mm"][0][:3], 2.0)
 
 
 def test_who_knows_the_posture_knows_that_the_tips_touch():

@@ -1,16 +1,16 @@
 import json
 
 import pytest
-from made_up_scores import run_jobs
+from made_up_scores import of_job, run_jobs
 
 from fesloop.apps.cli import main
-from fesloop.apps.reproduce import kortier2014
+from fesloop.apps.reproduce import error_model
 
 
 @pytest.fixture
 def made_up(monkeypatch):
     """The cohort of kortier2014 answers at once."""
-    monkeypatch.setattr(kortier2014, "run_jobs", run_jobs)
+    monkeypatch.setattr(error_model, "run_jobs", run_jobs)
 
 
 def refused(capsys, *arguments):
@@ -35,7 +35,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(arguments, told, capsys, tmp_p
 
 
 def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr(kortier2014, "run_jobs", lambda *given: pytest.fail("it ran"))
+    monkeypatch.setattr(error_model, "run_jobs", lambda *given: pytest.fail("it ran"))
     file = tmp_path / "file"
     file.write_text("")
     assert "cannot be written" in refused(capsys, "kortier2014", "--out", str(file))
@@ -75,9 +75,9 @@ def test_without_json_the_folder_alone_is_printed(made_up, capsys, tmp_path):
 
 @pytest.mark.slow
 def test_a_row_that_does_not_hold_says_so(made_up, capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr(kortier2014, "run_jobs", lambda jobs, *given: {
-        key: kept | ({"range_deg": 79.0} if key[0] == "rapid" else {})
-        for key, kept in run_jobs(jobs, 1).items()})
+    monkeypatch.setattr(error_model, "run_jobs", lambda attempts, *given: {
+        each.key: {"kept": of_job(each.job) | ({"range_deg": 79.0} if each.job.key[0] == "rapid" else {})}
+        for each in attempts})
     main(["reproduce", "kortier2014", "--subjects", "6", "--json", "--out", str(tmp_path)])
     out, err = capsys.readouterr()
     (broken,) = [row for row in json.loads(out)["rows"] if not row["holds"]]

@@ -1,45 +1,42 @@
-"""What is made of scores, and that every run that is asked for can be asked for."""
+"""What is made of scores, and that every run of a virtual paper can be loaded."""
 
 import numpy as np
 import pytest
 from made_up_scores import run_jobs, salchow, spread
 
-from fesloop.apps.reproduce import salchow2019
+from fesloop.apps.reproduce import error_model, salchow2019
 from fesloop.apps.reproduce.comparison import share_that_holds
+from fesloop.apps.reproduce.error_model import PRIORS, theta_at
 from fesloop.apps.reproduce.salchow2019 import (
     DISTANCES,
     FIGURES,
-    MOMENTS,
     PAIRS,
     PATTERNS,
-    SOURCES,
     TIPS,
-    distance_key,
-    furniture,
-    jobs,
-    moment_of,
-    subject_values,
-    tip_key,
+    replicate,
+    replicates,
 )
-from fesloop.apps.reproduce.scores import figure_rows, papers_of_subjects, pattern_rows
+from fesloop.apps.reproduce.scores import figure_rows, pattern_rows
 from fesloop.experiment.files.parse import load
 
-EVERY = {(job.key[0], job.key[1]): job for job in jobs(1, 1)}
+THETA = theta_at("salchow2019", np.full(len(PRIORS["salchow2019"]), 0.6))
+SEEDS = (3, 4, 10, 11, 12, 13)
 
 
-def made_up(change=lambda motion, scores: None, subjects=6, times=1.0):
-    """Scores of every subject; `change` alters those of a movement in place."""
-    main = {motion: [salchow(motion, times * spread(seed)) for seed in range(subjects)]
-            for motion in (*TIPS, *PAIRS)}
-    for motion, every in main.items():
-        for scores in every:
+def made_up(change=lambda motion, scores: None, papers=6, times=1.0):
+    """Scores of virtual papers; `change` alters those of a movement in place."""
+    kept = [{(motion, seat): salchow(motion, times * spread(paper))
+             for motion in (*TIPS, *PAIRS) for seat in range(4 if motion in PAIRS else 1)}
+            for paper in range(papers)]
+    for paper in kept:
+        for (motion, _), scores in paper.items():
             change(motion, scores)
-    return main
+    return kept
 
 
-def rows(main):
+def rows(kept):
     """Rows of made-up scores, which are their own baseline."""
-    papers = papers_of_subjects(subject_values(main), FIGURES)
+    papers = replicates(kept)
     return [*figure_rows(FIGURES, papers, papers), *pattern_rows(PATTERNS, papers, papers)]
 
 
@@ -47,66 +44,42 @@ def pattern(found, name):
     return next(row for row in found if row.row.startswith(name))
 
 
-@pytest.mark.parametrize("key", EVERY, ids=" ".join)
-def test_every_run_can_be_loaded(key):
-    """Each movement and each of its error sources: the same subject, on the movement's script."""
-    job = EVERY[key]
-    experiment = load(job.experiment, job.settings, job.seed)
-    hand = next(node.part for node in experiment.nodes if node.name == "hand")
-    assert hand.script == job.key[1]
-    assert experiment.duration_ns == pytest.approx(hand.length_s * 1e9)
-    assert experiment.seed == job.seed
+@pytest.mark.parametrize("motion", [*TIPS, *PAIRS])
+def test_every_run_can_be_loaded(motion):
+    for job in replicate(THETA, SEEDS, motion):
+        experiment = load(job.experiment, job.settings, job.seed)
+        hand = next(node.part for node in experiment.nodes if node.name == "hand")
+        assert hand.script == motion
+        # Past the initial pose, into the task.
+        begin = min(span.start for span in hand.spans if span.name == "task")
+        assert begin + 3.0 <= experiment.duration_ns / 1e9 <= hand.length_s
 
 
-def test_jobs_are_told_apart_and_cover_every_movement_source_and_field():
-    every = jobs(3, 2)
-    keys = [job.key for job in every]
-    assert len(set(keys)) == len(keys)
-    for name, subjects in [("main", 3), *((f"source {source}", 2) for source in SOURCES),
-                           *((f"moment {moment:g}", 2) for moment in MOMENTS)]:
-        assert {seed for key, _, seed in keys if key == name} == set(range(1, subjects + 1))
-    assert {motion for key, motion, _ in keys if key == "main"} == {*TIPS, *PAIRS}
+def parts_of(motion, seat, theta=THETA, seeds=SEEDS):
+    job = replicate(theta, seeds, motion)[seat]
+    return {node.name: node.part for node in load(job.experiment, job.settings, job.seed).nodes}
 
 
-def test_setting_1_has_no_furniture_and_setting_2_has():
-    assert not any("dipoles" in each for each in EVERY["main", "A-F1"].settings)
-    experiment = load("salchow2019", EVERY["main", "P1"].settings, 1)
-    fields = [node.part.magnetic_field for node in experiment.nodes if hasattr(node.part, "magnetic_field")]
-    assert len(fields) == 2
-    assert fields[0] == fields[1]
-    assert len(fields[0].dipoles) == 3
+def test_what_is_shared_is_sampled_at_its_level():
+    one, same, other, lab = (parts_of(*each) for each in (("P1", 0), ("P4", 0), ("P1", 1), ("A-F1", 0)))
+    field = [parts["imus"].magnetic_field for parts in (one, same, other, lab)]
+    # One room for all subjects of table 7, another for table 6; forearm and hand are in the same.
+    assert field[0] == field[1] == field[2] != field[3]
+    assert one["forearm_imu"].magnetic_field == field[0]
+    assert len(field[0].dipoles) == 3
+    # A person and a placement for all movements of a subject; table 6 has the first subject, placed anew.
+    assert one["hand"].hand == same["hand"].hand == lab["hand"].hand != other["hand"].hand
+    assert one["imus"].mounting_deg == same["imus"].mounting_deg != other["imus"].mounting_deg
+    assert one["imus"].mounting_deg != lab["imus"].mounting_deg
+    assert one["hand"].pose_error_deg == same["hand"].pose_error_deg != lab["hand"].pose_error_deg
 
 
-def test_an_error_source_alone_is_alone():
-    parts = {node.name: node.part for node in load(
-        "salchow2019", EVERY["source none", "F-F2"].settings, 1).nodes}
-    for imus in (parts["imus"], parts["forearm_imu"]):
-        assert not any(each.numbers()[[0, 1, 2, 4, 5, 6, 7]].any()
-                       for each in (imus.gyroscope, imus.accelerometer, imus.magnetometer))
-        assert imus.mounting_angle_deg == (0.0, 0.0)
-        assert (imus.soft_tissue.share, imus.soft_tissue.sag_deg) == (0.0, 0.0)
-        assert imus.magnetic_field.dipoles == ()
-    assert (parts["hand"].deviation.length, parts["hand"].deviation.axis_tilt_deg) == (0.0, (0.0, 0.0))
-    mounted = {node.name: node.part for node in load(
-        "salchow2019", EVERY["source sensor-to-segment, 5-10 deg", "F-F2"].settings, 1).nodes}
-    assert mounted["imus"].mounting_angle_deg == (5.0, 10.0)
-    assert mounted["imus"].gyroscope.noise_sd == 0.0
-
-
-def test_furniture_is_a_subjects_own_and_lies_where_it_is_said_to():
-    moments = [moment_of(seed) for seed in range(1, 301)]
-    assert min(moments) >= 0.3
-    assert max(moments) <= 10.0
-    # Uniform in the logarithm: half of them below the geometric mean.
-    assert np.mean(np.array(moments) < np.sqrt(3.0)) == pytest.approx(0.5, abs=0.09)
-    assert furniture(1, 2.0) == furniture(1, 2.0) != furniture(2, 2.0)
-    for seed in range(1, 6):
-        settings = ["motion=P1", *furniture(seed, 2.0)]
-        part = next(node.part for node in load("salchow2019", settings, 1).nodes if node.name == "imus")
-        for dipole in part.magnetic_field.dipoles:
-            assert 0.15 <= np.linalg.norm(dipole.position) <= 0.5
-            assert dipole.position[2] <= 0.0
-            assert np.linalg.norm(dipole.moment) == pytest.approx(2.0)
+def test_trackers_get_the_measured_hand_alone():
+    parts = parts_of("P1", 0)
+    for name in ("salchow_b", "salchow_m1", "salchow_m2"):
+        told = parts[name].hand
+        assert (told.axes_deg, told.segments_mm, told.joints_mm) == ({}, None, None)
+        assert told.hand_mm != parts["hand"].hand.hand_mm
 
 
 def test_the_papers_own_figures_hold_in_every_row():
@@ -171,21 +144,14 @@ def test_table_7_is_of_means_of_four_subjects():
         if motion == "P1":
             scores["B"]["F1-F2"]["rmse"] = next(values)
 
-    values = iter(np.linspace(0.1, 4.6, 50))
-    row = next(row for row in rows(made_up(widen, 50)) if row.row.startswith("P1 F1-F2, B"))
-    assert row.holds
-    # Of single subjects it would be as wide as the values, of means of four it is half that.
-    assert row.ours.high - row.ours.low == pytest.approx(0.5 * 0.9 * 4.5, rel=0.15)
+    values = iter([1.0, 2.0, 3.0, 4.0] * 6)
+    papers = replicates(made_up(widen))
+    np.testing.assert_allclose(papers["Table 7: P1 F1-F2, B, mean of four"], 2.5)
 
 
-def test_the_sweeps_tell_tips_from_distances(monkeypatch):
-    monkeypatch.setattr(salchow2019, "run_jobs", run_jobs)
-    found = salchow2019.run(2, 1)
-    sources = found.sweeps["sources"]
-    assert [name for name, _ in sources.rows] == list(SOURCES)
-    assert [name for name, _ in found.sweeps["field"].rows] == [f"{moment:g} A m2" for moment in MOMENTS]
-    of_b = np.mean([FIGURES[tip_key(motion, "B")].value for motion in ("F-F2", "AF-F1", "AF-F3")])
-    of_m2 = np.mean([FIGURES[distance_key(*each, "M2")].value for each in DISTANCES if each[0] != "P2"])
-    values = dict(zip(sources.columns, sources.rows[0][1], strict=True))
-    assert values["tips, B"] == pytest.approx(of_b)
-    assert values["distances, M2"] == pytest.approx(of_m2)
+def test_a_whole_reproduction_has_a_row_for_each_figure_of_the_paper(monkeypatch):
+    monkeypatch.setattr(error_model, "run_jobs", run_jobs)
+    found = salchow2019.run(3, 1)
+    assert (found.paper, found.cohort, len(found.rows)) == ("salchow2019", "3 virtual papers", 50)
+    assert set(found.curves["traces"]) == {"A-F2", "F-F2", "AF-F2", "P3"}
+    assert len(found.curves["main"]["P1"]) == 12

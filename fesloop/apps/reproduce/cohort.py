@@ -79,6 +79,21 @@ class Job:
                 return self.score(recording)
 
 
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """A job that may fail, as where a hand cannot bring two points together: it then keeps None."""
+
+    key: Key
+    job: Job
+
+    def kept(self) -> Kept:
+        """Run the job; `kept` is what it keeps."""
+        try:
+            return {"kept": self.job.kept()}
+        except (InputError, RunError):
+            return {"kept": None}
+
+
 def run_jobs(jobs: Sequence[Task], workers: int, progress: Progress | None = None) -> dict[Key, Kept]:
     """Run all jobs and return what each kept, by key; recordings are deleted.
 

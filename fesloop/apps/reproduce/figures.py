@@ -382,4 +382,4 @@ _OF_PAPER: dict[str, dict[str, Any]] = {
     "linear_theory": {"beside_theory": beside_theory},
     "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,
-                    "figure_15": salchow_15, "sources": sweep("sources"), "field": sweep("field")}}
+                    "figure_15": salchow_15}}

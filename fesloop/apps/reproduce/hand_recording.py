@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fesloop.experiment import registry
 from fesloop.experiment.metrics.joints import held
 from fesloop.experiment.recording.reading import Recording
-from fesloop.forms.schema import make
+from fesloop.forms.schema import build, make
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.kinematics import Poses, placed, segment_poses
@@ -44,32 +44,20 @@ def _plant(block: str) -> Any:
     return make(registry.find(table.pop("kind")), table, {}, f"blocks.{HAND}")
 
 
-@lru_cache(maxsize=32)
-def _spans(plant: Any, seed: int, trial: int) -> tuple[tuple[str, float, float], ...]:
-    path = plant.path(seed, HAND, trial)
-    return tuple((span.name, float(span.start), float(span.stop)) for span in path.spans)
+def size_of(recording: Recording, tracker: str) -> HandSize:
+    """Size of the hand as given to a tracker."""
+    return _size(json.dumps(recording.experiment["blocks"][tracker].get("hand", {}), sort_keys=True))
 
 
-def size_of(recording: Recording) -> HandSize:
-    """Size of the hand as given to trackers."""
-    size: HandSize = plant_of(recording).hand
+@lru_cache(maxsize=8)
+def _size(table: str) -> HandSize:
+    size: HandSize = build(HandSize, json.loads(table), {}, "hand")
     return size
 
 
-def palm_error(recording: Recording) -> Array:
-    """Difference of the true palm from that given to trackers, from wrist to the hand's frame, (3,), m."""
-    plant = plant_of(recording)
-    own = plant.wearer(recording.seed, HAND).tree
-    told = hand_tree(plant.hand)
-    k, j = own.index("hand"), told.index("hand")
-    difference: Array = own.geometry[k, 4] - told.geometry[j, 4]
-    return difference
-
-
-def spans(recording: Recording, name: str, trial: int = 0) -> list[tuple[float, float]]:
+def spans(recording: Recording, name: str) -> list[tuple[float, float]]:
     """Beginnings and ends of the phases with a name, s."""
-    every = _spans(plant_of(recording), recording.seed, trial)
-    return [(start, stop) for each, start, stop in every if each == name]
+    return [(float(start), float(stop)) for each, start, stop in plant_of(recording).spans if each == name]
 
 
 def seen(recording: Recording, signal: str, truth: str, trial: int = 0) -> Seen:

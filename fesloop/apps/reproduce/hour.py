@@ -1,7 +1,7 @@
 """`fesloop reproduce hour`: an hour of tracking without magnetometer and without drift, compared with M2.
 
-Each seed of the shipped experiment `tracker_hour` is a subject. No paper has such an hour; doi
-10.3390/s19010208, section 5, expects M2 to "deteriorate with time" and asks for it.
+Each subject is a member of the cohort of able-bodied adults, with the error sizes that doi 10.3390/s19010208
+states. No paper has such an hour; that one, section 5, expects M2 to "deteriorate with time" and asks for it.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fesloop.apps.reproduce.cohort import Job, Progress, run_jobs
 from fesloop.apps.reproduce.comparison import Row
+from fesloop.apps.reproduce.error_model import STATED, person_settings
 from fesloop.apps.reproduce.hand_recording import HAND, seen, spans
 from fesloop.apps.reproduce.result import Reproduction, Sweep
 from fesloop.experiment.metrics.joints import TWO_SIDED_95
@@ -60,7 +61,8 @@ def _each(minute: NDArray[np.int64], values: Array) -> Array:
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
     """Run the hour of every subject."""
-    jobs = [Job((seed,), EXPERIMENT, (), seed, minutes) for seed in range(1, subjects + 1)]
+    jobs = [Job((seed,), EXPERIMENT, person_settings(STATED, seed, seed), seed, minutes)
+            for seed in range(1, subjects + 1)]
     kept = list(run_jobs(jobs, workers, progress).values())
     rows = [row for number, each in enumerate(kept, 1) for row in _rows(f"subject {number}", each)]
     return Reproduction("hour", subjects, rows, {"ten_minutes": _by_ten_minutes(kept)}, {"minutes": kept})

@@ -47,6 +47,7 @@ class Reproduction:
     curves: arrays for figures.
     baseline: commit of the model that scores are compared with.
     frozen: commit of the model that was fitted, before the predicted figures were simulated.
+    unit: what `subjects` counts.
     """
 
     paper: str
@@ -56,11 +57,12 @@ class Reproduction:
     curves: dict[str, Any] = field(default_factory=dict)
     baseline: str = ""
     frozen: str = ""
+    unit: str = "virtual subject"
 
     @property
     def cohort(self) -> str:
         """Number of subjects as text."""
-        return f"{self.subjects} virtual subject" + "s" * (self.subjects != 1)
+        return f"{self.subjects} {self.unit}" + "s" * (self.subjects != 1)
 
     def as_table(self) -> dict[str, Any]:
         """Table for `fesloop reproduce --json`."""

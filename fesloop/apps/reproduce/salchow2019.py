@@ -1,23 +1,33 @@
-"""`fesloop reproduce salchow2019`: its experiments on virtual subjects (doi 10.3390/s19010208).
+"""`fesloop reproduce salchow2019`: its experiments in virtual papers (doi 10.3390/s19010208).
 
-The paper has one subject without (table 6) and four with magnetic disturbance (table 7). Here each seed of
-the shipped experiment `salchow2019`, which defines the error sources, is a virtual subject. The furniture
-around setting 2 is defined here (`furniture`), and its strength is swept, since no source states a field. Its
-distances, the lift off the table, the fusion (that of the paper) and soft tissue were set after a pilot run
-of four subjects; nothing was changed after the full one.
+The paper has one subject without (table 6) and four with magnetic disturbance (table 7). A virtual paper has
+the same, in one laboratory and one furnished room, with the errors of `error_model`, which is fitted to the
+first half of the figures (`published`). The shipped experiment `salchow2019` is one movement of one subject.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.apps.reproduce.cohort import Job, Progress, Scoring, run_jobs
+from fesloop.apps.reproduce.cohort import Job, Kept, Key, Progress, Scoring
+from fesloop.apps.reproduce.error_model import (
+    FROZEN,
+    Reference,
+    Theta,
+    VirtualPaper,
+    person_settings,
+    posterior,
+    reference,
+    room_settings,
+    simulated,
+)
 from fesloop.apps.reproduce.hand_recording import (
     HAND,
     contact_points_of,
@@ -30,7 +40,7 @@ from fesloop.apps.reproduce.hand_recording import (
     within,
 )
 from fesloop.apps.reproduce.published import published
-from fesloop.apps.reproduce.result import Reproduction, Sweep
+from fesloop.apps.reproduce.result import Reproduction
 from fesloop.apps.reproduce.scores import (
     Pattern,
     Replicates,
@@ -40,7 +50,6 @@ from fesloop.apps.reproduce.scores import (
     papers_of_subjects,
     pattern_rows,
 )
-from fesloop.experiment import registry
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import FINGERS
 from fesloop.hand.kinematics import Poses
@@ -56,14 +65,18 @@ def node_of(method: str) -> str:
     return f"salchow_{method.lower()}"
 
 
-def tip(recording: Recording, finger: str) -> dict[str, Any]:
-    """Error E of a fingertip, cm (eq. 30, 31): RMSE, and its quartiles and maximum, by method."""
+def tip(recording: Recording, finger: str, optical: Reference | None = None) -> dict[str, Any]:
+    """Error E of a fingertip, cm (eq. 30, 31): RMSE, and its quartiles and maximum, by method.
+
+    `optical` is the reference system; None: exact.
+    """
     number = FINGERS.index(finger)
     (task,) = spans(recording, "task")
     kept = {}
     for method in METHODS:
         rows = within(seen(recording, f"{node_of(method)}.fingertips", f"{HAND}.fingertips"), task)
-        kept[method] = _summary(100.0 * np.linalg.norm((rows.estimate - rows.truth)[:, number], axis=1))
+        truth = rows.truth if optical is None else optical.of(rows.truth)
+        kept[method] = _summary(100.0 * np.linalg.norm((rows.estimate - truth)[:, number], axis=1))
     return kept
 
 
@@ -85,11 +98,11 @@ def _distance_errors(
 ) -> dict[str, Array]:
     times, poses = _poses(recording, method, trial)
     held = np.zeros(times.size, dtype=np.bool_)
-    for start, stop in spans(recording, "task", trial):
+    for start, stop in spans(recording, "task"):
         held |= (times >= start) & (times <= stop)
     errors = {}
     for first, second, distance in pairs:
-        ends = contact_points_of(size_of(recording), poses, (first, second))
+        ends = contact_points_of(size_of(recording, node_of(method)), poses, (first, second))
         apart = 100.0 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         errors[f"{first[:2]}-{second[:2]}"] = np.abs(apart - distance)[held]
     return errors
@@ -97,7 +110,8 @@ def _distance_errors(
 
 def _poses(recording: Recording, method: str, trial: int) -> tuple[Array, Poses]:
     """Poses by joint angles, or by the segments' orientations where joints do not constrain them."""
-    node, size = node_of(method), size_of(recording)
+    node = node_of(method)
+    size = size_of(recording, node)
     if method == "B":
         signal = recording.signal(f"{node}.orientation", trial)
         known = signal.newest_ns >= 0
@@ -139,14 +153,13 @@ def tip_traces(recording: Recording) -> dict[str, Any]:
 def distance_traces(recording: Recording) -> dict[str, Any]:
     """Distance of the pinching tips by M2, cm, and the times of touch, for figure 15."""
     times, poses = _poses(recording, "M2", 0)
-    ends = contact_points_of(size_of(recording), poses, ("F1 distal", "F2 distal"))
+    ends = contact_points_of(size_of(recording, node_of("M2")), poses, ("F1 distal", "F2 distal"))
     return {"times_s": times, "distance_cm": 100.0 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
             "spans": np.array(spans(recording, "task"))}
 
 
 EXPERIMENT = "salchow2019"
-SUBJECTS = 50
-SUBJECTS_OF_SWEEPS = 10
+SUBJECTS = 24
 TIPS = ("A-F1", "A-F2", "A-F3", "AF-F1", "AF-F2", "AF-F3", "F-F2", "F-F3")
 """Movements of table 6."""
 DISTANCES = tuple((motion, f"{first[:2]}-{second[:2]}")
@@ -168,120 +181,79 @@ FIGURES = published(EXPERIMENT, [*(tip_key(motion, method) for motion in TIPS fo
                                  *(distance_key(*each, method) for each in DISTANCES for method in METHODS)])
 _ABOUT = 1.25
 """Ratio up to which M1 and M2 count as "very similar" (section 4.1; chosen: above the paper's, 1.11)."""
-MOMENTS = (0.0, 0.3, 1.0, 3.0, 10.0)
-"""Moments of each piece of furniture in the sweep of setting 2, A m^2."""
-_WEAKEST, _STRONGEST = 0.3, 10.0
-"""Range of the furniture's moment, A m^2, log-uniform over virtual subjects (chosen; none is published).
-
-The field is 2 to 64 uT at 0.25 m across the moment; the Earth's is 50 uT.
-"""
-_PIECES, _NEAREST_M, _FARTHEST_M = 3, 0.15, 0.5
-_NO_TISSUE = tuple(f"blocks.{node}.soft_tissue={{share=0.0, sag_deg=0.0}}"
-                   for node in ("imus", "forearm_imu"))
-_BARE = ("blocks.imus.preset=ideal", "blocks.forearm_imu.preset=ideal", "blocks.hand.deviation={}",
-         *(f"blocks.{node}.{triad}={{}}" for node in ("imus", "forearm_imu")
-           for triad in ("gyroscope", "accelerometer")), *_NO_TISSUE)
-"""A textbook hand with ideal sensors in a homogeneous field."""
-_SWEPT = ("F-F2", "AF-F1", "AF-F3", "P1", "P3", "P4")
-SOURCES: dict[str, tuple[str, ...]] = {
-    "all": (),
-    "none": _BARE,
-    "sensor-to-segment, 5-10 deg": (
-        *_BARE, *(f"blocks.{node}.mounting_angle_deg=[5.0, 10.0]" for node in ("imus", "forearm_imu"))),
-    "joint axes, 5-10 deg": (*_BARE, "blocks.hand.deviation={axis_tilt_deg=[5.0, 10.0]}"),
-    "lengths, 3 %, 3 mm": (*_BARE, "blocks.hand.deviation={length=0.03, centre_mm=3.0}"),
-    "noise and bias of the sensors": (
-        "blocks.hand.deviation={}",
-        *(f"blocks.{node}.mounting_angle_deg=[0.0, 0.0]" for node in ("imus", "forearm_imu")), *_NO_TISSUE),
-    "furniture": _BARE,
-    "soft tissue": (*_BARE, *(f"blocks.{node}.soft_tissue={{outwards=[1.0, 0.0, 0.0]}}"
-                              for node in ("imus", "forearm_imu"))),
-    "initial pose missed by 3 deg": (*_BARE, "blocks.hand.rest_sd_deg=3.0")}
-"""Settings of each error source alone; an error of the initial pose is left out, as none is published."""
-_WITH_FURNITURE = ("all", "furniture")
 _UNREAD = ["hand.site_orientation", "hand.site_position", "hand.site_rate", "hand.site_force", "hand.rates",
            "hand.accelerations", *(f"{node}.{kind}" for node in ("imus", "forearm_imu")
                                    for kind in ("gyr", "acc", "mag")),
            *(f"{kind}.joined" for kind in ("gyr", "acc", "mag"))]
 
 
-def moment_of(seed: int) -> float:
-    """Strength of the furniture around a subject, A m^2."""
-    share = np.random.default_rng([seed, 2020]).uniform()
-    return float(_WEAKEST * (_STRONGEST / _WEAKEST) ** share)
+_ALONE_S, _HELD_S = 8.4, 10.5
+"""Length of a replicate's trials, s, shorter than the paper's: the initial pose, and one repetition, or 3 s
+of contact."""
+SEEDS = 6
+"""Seeds of a replicate: of laboratory, with the placement of sensors there, and of furnished room; and of
+four subjects, with their placement in the furnished room. The first subject is that of table 6."""
 
 
-def furniture(seed: int, moment: float) -> tuple[str, ...]:
-    """Settings that put three magnetised pieces of furniture around a subject's initial pose.
-
-    Each is a dipole of random direction, 0.15 to 0.5 m from the wrist, beside or below it (chosen: frame and
-    legs of a table, a computer).
-    """
-    rng = np.random.default_rng([seed, 2019])
-    dipoles = []
-    for _ in range(_PIECES):
-        towards, direction = rng.standard_normal((2, 3))
-        towards[2] = -abs(towards[2])
-        place = rng.uniform(_NEAREST_M, _FARTHEST_M) * towards / np.linalg.norm(towards)
-        dipoles.append({"position": place.tolist(),
-                        "moment": (moment * direction / np.linalg.norm(direction)).tolist()})
-    table = json.dumps(dipoles).replace('": ', '" = ')
-    return tuple(f"blocks.{node}.magnetic_field.dipoles={table}" for node in ("imus", "forearm_imu"))
+def replicate(theta: Theta, seeds: Sequence[int], motion: str) -> list[Job]:
+    """Jobs of a movement in one virtual paper, one for each of its subjects."""
+    return [_job(theta, seeds, motion, seat) for seat in range(_subjects(motion))]
 
 
-def settings(motion: str, seed: int, moment: float, source: str = "all") -> tuple[str, ...]:
-    """Settings of the shipped experiment for a movement of a subject."""
-    length = registry.find("moving_hand")(script=motion).length_s
-    trials = 2 if motion in ("P1", "P2", "P3") and source == "all" else 1
-    around = furniture(seed, moment) if moment else ()
-    return (*SOURCES[source], f"motion={motion}", f"duration_s={length!r}", f"trials={trials}", *around,
-            f"record.leave_out={json.dumps(_UNREAD)}")
+def _subjects(motion: str) -> int:
+    """Number of subjects of a movement."""
+    return 4 if motion in PAIRS else 1
 
 
-def jobs(subjects: int, of_sweeps: int) -> list[Job]:
-    """Jobs of every movement of every subject, of the sweeps, and of the figures."""
-    def job(key: str, motion: str, seed: int, moment: float, source: str = "all") -> Job:
-        return Job((key, motion, seed), EXPERIMENT, settings(motion, seed, moment, source), seed,
-                   scoring_of(motion))
-
-    every = [job("main", motion, seed, moment_of(seed) if motion in PAIRS else 0.0)
-             for motion in (*TIPS, *PAIRS) for seed in range(1, subjects + 1)]
-    few = range(1, of_sweeps + 1)
-    alone = [job(f"source {source}", motion, seed, moment_of(seed) if source in _WITH_FURNITURE else 0.0,
-                 source)
-             for source in SOURCES for motion in _SWEPT for seed in few]
-    field = [job(f"moment {moment:g}", motion, seed, moment)
-             for moment in MOMENTS for motion in _SWEPT for seed in few]
-    shown = [Job(("traces", motion, 1), EXPERIMENT, settings(motion, 1, 0.0), 1, tip_traces)
-             for motion in ("A-F2", "F-F2", "AF-F2")]
-    pinch = Job(("traces", "P3", 1), EXPERIMENT, settings("P3", 1, moment_of(1)), 1,
-                distance_traces)
-    return [*every, *alone, *field, *shown, pinch]
+def _job(theta: Theta, seeds: Sequence[int], motion: str, seat: int) -> Job:
+    seed = placement = seeds[2 + seat]
+    nodes = "imus", "forearm_imu"
+    if motion in PAIRS:
+        scoring = scoring_of(motion)
+        room = room_settings(theta["room_a_m2"], theta["room_m"], seeds[1], nodes)
+    else:
+        placement = seeds[0]
+        scoring = partial(tip, finger=motion[-2:], optical=reference(theta, placement))
+        room = room_settings(theta["lab_a_m2"], None, seeds[0], nodes)
+    magnets = f"magnetometer={{bias_sd={1e-6 * theta['magnet_ut']!r}}}"
+    length_s = _HELD_S if motion in PAIRS else _ALONE_S
+    return Job((motion, seat), EXPERIMENT, (
+        f"motion={motion}", f"duration_s={length_s!r}", f"record.leave_out={json.dumps(_UNREAD)}",
+        *person_settings(theta, seed, placement), *room,
+        *(f"blocks.{node}.{magnets}" for node in nodes)), seed, scoring)
 
 
-def run(
-    subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None
-) -> Reproduction:
-    """Reproduce the whole paper."""
-    of_sweeps = min(subjects, SUBJECTS_OF_SWEEPS)
-    kept = run_jobs(jobs(subjects, of_sweeps), workers, progress)
-    main = {motion: [kept["main", motion, seed] for seed in range(1, subjects + 1)]
-            for motion in (*TIPS, *PAIRS)}
-    sweeps = {"sources": _sources(kept, of_sweeps), "field": _field(kept, of_sweeps)}
-    traces = {motion: kept["traces", motion, 1] for motion in ("A-F2", "F-F2", "AF-F2", "P3")}
+def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
+    """Simulate virtual papers from the frozen posterior, and compare their figures with the published."""
+    kept = simulated(posterior(EXPERIMENT, subjects), lambda paper: [
+        job for motion in (*TIPS, *PAIRS) for job in replicate(paper.theta, paper.seeds, motion)], workers,
+        progress)
     old = baseline(EXPERIMENT)
-    ours, before = (papers_of_subjects(values, FIGURES) for values in (subject_values(main), old.values))
+    ours, before = replicates(kept), papers_of_subjects(old.values, FIGURES)
     rows = [*figure_rows(FIGURES, ours, before), *pattern_rows(PATTERNS, ours, before)]
-    return Reproduction(EXPERIMENT, subjects, rows, sweeps, {"traces": traces, "main": main}, old.commit)
+    main = {motion: [each[motion, seat] for each in kept for seat in range(_subjects(motion))]
+            for motion in (*TIPS, *PAIRS)}
+    (shown,) = simulated(posterior(EXPERIMENT, 1), _shown, workers)
+    traces = {motion: each for (motion, _), each in shown.items()}
+    return Reproduction(EXPERIMENT, len(kept), rows, {}, {"traces": traces, "main": main}, old.commit,
+                        FROZEN[EXPERIMENT], "virtual paper")
 
 
-def subject_values(main: dict[str, list[dict[str, Any]]]) -> dict[str, Array]:
-    """Figures of each subject by key, (subjects,); `main` has each subject's scores by movement."""
-    tips = {tip_key(motion, method): [each[method]["rmse"] for each in main[motion]]
-            for motion in TIPS for method in METHODS}
-    distances = {distance_key(motion, pair, method): [each[method][pair]["rmse"] for each in main[motion]]
-                 for motion, pair in DISTANCES for method in METHODS}
-    return {key: np.array(values) for key, values in {**tips, **distances}.items()}
+def _shown(paper: VirtualPaper) -> list[Job]:
+    """Jobs of the first subject's movements in figures 13 and 15 of the paper."""
+    return [replace(replicate(paper.theta, paper.seeds, motion)[0],
+                    score=distance_traces if motion == "P3" else tip_traces)
+            for motion in ("A-F2", "F-F2", "AF-F2", "P3")]
+
+
+def replicates(kept: Sequence[Mapping[Key, Kept]]) -> dict[str, Array]:
+    """Figures of virtual papers by key, (papers,); `kept` has each paper's scores by movement and subject."""
+    found = {tip_key(motion, method): [each[motion, 0][method]["rmse"] for each in kept]
+             for motion in TIPS for method in METHODS}
+    found |= {distance_key(motion, pair, method): [
+        np.mean([each[motion, seat][method][pair]["rmse"] for seat in range(_subjects(motion))])
+        for each in kept] for motion, pair in DISTANCES for method in METHODS}
+    return {key: np.array(values) for key, values in found.items()}
 
 
 def _tips(found: Replicates, method: str, motions: Iterable[str] = TIPS) -> Array:
@@ -338,39 +310,3 @@ PATTERNS = (
             occurs=_m1_worse),
     Pattern(table="Section 5", statement="M2 at most 2.1 cm in every row, below 1.4 cm without the thumb",
             theirs="14 of 14", occurs=_m2_at_most))
-
-
-def _sources(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
-    """Sweep of error sources: RMSE with each alone, median over subjects, mean over movements."""
-    return _swept(kept, subjects, "What each error source contributes alone",
-                  {source: f"source {source}" for source in SOURCES})
-
-
-def _field(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
-    """Sweep of the furniture's strength: RMSE in setting 2, and in setting 1, which has none by the paper."""
-    return _swept(kept, subjects, "In fields of other strength",
-                  {f"{moment:g} A m2": f"moment {moment:g}" for moment in MOMENTS})
-
-
-def _swept(kept: dict[Any, dict[str, Any]], subjects: int, title: str, conditions: dict[str, str]) -> Sweep:
-    settings_of = ([motion for motion in _SWEPT if motion not in PAIRS],
-                   [motion for motion in _SWEPT if motion in PAIRS])
-    table = [(name, tuple(_median(kept, key, motions, method, subjects)
-                          for motions in settings_of for method in METHODS))
-             for name, key in conditions.items()]
-    columns = tuple(f"{what}, {method}" for what in ("tips", "distances") for method in METHODS)
-    return Sweep(title=title, unit="cm", columns=columns, rows=tuple(table))
-
-
-def _median(
-    kept: dict[Any, dict[str, Any]], key: str, motions: Sequence[str], method: str, subjects: int
-) -> float:
-    """Mean over movements (and pairs) of the median over subjects, cm."""
-    medians = []
-    for motion in motions:
-        scores = [kept[key, motion, seed][method] for seed in range(1, subjects + 1)]
-        if motion in PAIRS:
-            medians += [np.median([each[pair]["rmse"] for each in scores]) for pair in scores[0]]
-        else:
-            medians.append(np.median([each["rmse"] for each in scores]))
-    return float(np.mean(medians))

@@ -1,18 +1,23 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
+from fesloop.loop.block import Context
 from plants.moving_hand import MovingHand
-from plants.moving_hand.plant import Deviation
 from plants.moving_hand.scripts import SCRIPTS, script
+from plants.patients.files import load
+from plants.patients.sections import CohortSpread
 
 ALONE = ("A-F1", "A-F2", "A-F3", "AF-F1", "AF-F2", "AF-F3", "F-F2", "F-F3")
-PERSON = Deviation(length=0.03, centre_mm=3.0, axis_tilt_deg=(5.0, 10.0))
+SPREAD = CohortSpread(length=0.03, joint_mm=3.0, axis_deg=7.6)
 
 
 def of(name, seed):
-    return MovingHand(hand=HandSize(side="left"), script=name, deviation=PERSON).path(seed, "hand")
+    person = replace(load("able_bodied"), cohort=SPREAD).member(cohort=0, number=seed)
+    return MovingHand(hand=replace(person.hand_size, side="left"), script=name).path(seed, "hand")
 
 
 @pytest.mark.parametrize("name", ALONE)
@@ -54,3 +59,18 @@ def test_an_unknown_script_is_named_with_the_nearest():
         MovingHand(script="kortier_pinsh")
     with pytest.raises(InputError, match="is given with a script"):
         MovingHand(script="P1", rest_deg={"F2_pip_flexion": 1.0})
+
+
+def test_tips_of_a_pinch_travel_as_far_as_in_the_paper():
+    """K14: index 65.6 +- 2.2, thumb 15.7 +- 2.5 mm; widest opening 6.5 mm / 3.7 % = 176 mm."""
+    plant = MovingHand(hand=HandSize(side="left"), script="kortier_pinch")
+    touch = next(span for span in plant.spans if span.name == "task")
+    (wide,) = (span for span in plant.spans if span.name == "widest")
+    state = plant.init(Context("hand", 1, 0))
+    times = (wide.stop, touch.start - 0.75, touch.start + 0.5)
+    tips = plant.observe(state, (), 0, [int(1e9 * time) for time in times])[3]
+    widest, before, touching = 1e3 * tips[:, :2]
+    thumb, index = np.linalg.norm(touching - before, axis=1)
+    assert index == pytest.approx(65.6, abs=4.4)
+    assert thumb == pytest.approx(15.7, abs=2.5)
+    assert np.linalg.norm(widest[1] - widest[0]) == pytest.approx(176.0, rel=0.03)

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,17 +10,24 @@ from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import segment_poses
-from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import contact_points, hand_tree
 from fesloop.loop.block import Context
 from plants.moving_hand import MovingHand
-from plants.moving_hand.plant import Deviation
 from plants.moving_hand.script import ArmSway, Contact, Phase
+from plants.patients.files import load
+from plants.patients.sections import CohortSpread
 
 GRIP = {"F1_cmc_flexion": 30.0, "F1_cmc_abduction": -30.0, "F1_cmc_pronation": 70.0, "F1_mcp_flexion": 20.0,
         "F1_ip_flexion": 20.0, "F2_mcp_flexion": 50.0, "F2_pip_flexion": 40.0, "F2_dip_flexion": 20.0}
 SWAY = ArmSway(turn_deg=(40.0, 30.0, 50.0), shift_m=(0.2, 0.1, 0.15), period_s=3.0)
 NAMES = ("angles", "rates", "accelerations", "fingertips", "orientation", "position", "rate", "force")
+
+
+def own_hand(side="left", number=1, **spreads):
+    """Hand of a person with own bones, joints and axes."""
+    spread = CohortSpread(**(spreads or {"length": 0.03, "joint_mm": 3.0, "axis_deg": 7.6}))
+    person = replace(load("able_bodied"), cohort=spread).member(cohort=1, number=number)
+    return replace(person.hand_size, side=side)
 
 
 def rows_of(plant, times_s, seed=1, trial=0):
@@ -28,9 +36,9 @@ def rows_of(plant, times_s, seed=1, trial=0):
     return dict(zip(NAMES, plant.observe(state, (), 0, times), strict=True))
 
 
-def bone_ends(plant, seed, angles):
+def bone_ends(plant, angles):
     """Distal poses of the person in the wrist's frame, by dual quaternions."""
-    tree = SegmentTree((Segment(name="forearm"), *plant.wearer(seed, "hand").tree.segments[2:]))
+    tree = hand_tree(plant.hand)
     poses = segment_poses(tree, angles)
     tips = [tree.index(f"F{i}d") for i in range(1, 6)]
     return poses.orientation[..., tips, :], poses.position[..., tips, :]
@@ -49,8 +57,7 @@ def test_knots_reach_to_the_end_of_the_last_phase(duration_s):
 def test_sites_feel_what_their_own_path_says(side, seed):
     phases = (Phase(duration_s=0.6, posture_deg={"F1_cmc_pronation": 50.0, "wrist_flexion": -30.0}, arm=SWAY),
               Phase(duration_s=0.8, cycles=2, vary=0.2, posture_deg=GRIP, arm=SWAY))
-    plant = MovingHand(hand=HandSize(side=side), phases=phases,
-                       deviation=Deviation(length=0.03, centre_mm=3.0, axis_tilt_deg=(5.0, 10.0)))
+    plant = MovingHand(hand=own_hand(side, seed), phases=phases)
     step = 1e-4
     times = np.array([0.31, 0.77, 1.23, 1.9])
     before, now, after = (rows_of(plant, times + shift, seed) for shift in (-step, 0.0, step))
@@ -64,10 +71,9 @@ def test_sites_feel_what_their_own_path_says(side, seed):
 
 
 def test_fingertips_are_those_of_the_person_in_the_wrists_frame_however_the_arm_moves():
-    plant = MovingHand(phases=(Phase(duration_s=2.0, posture_deg=GRIP, arm=SWAY),),
-                       deviation=Deviation(length=0.05, axis_tilt_deg=(5.0, 10.0)))
+    plant = MovingHand(hand=own_hand(), phases=(Phase(duration_s=2.0, posture_deg=GRIP, arm=SWAY),))
     rows = rows_of(plant, np.linspace(0.0, 2.0, 21))
-    assert np.abs(bone_ends(plant, 1, rows["angles"])[1] - rows["fingertips"]).max() < 1e-12
+    assert np.abs(bone_ends(plant, rows["angles"])[1] - rows["fingertips"]).max() < 1e-12
 
 
 def test_by_eye_palm_down_fingers_point_north_and_the_thumb_lies_inwards():
@@ -86,16 +92,16 @@ def test_by_eye_palm_down_fingers_point_north_and_the_thumb_lies_inwards():
     Contact(first="F1 distal", second="F2 distal"),
     Contact(first="F1 tip", second="F2 tip", distance_mm=53.0)])
 def test_contacts_hold_while_fingers_play_and_the_arm_moves(contact):
-    size = HandSize(side="left")
+    size = own_hand()
     plant = MovingHand(
-        hand=size, deviation=Deviation(length=0.03, axis_tilt_deg=(5.0, 10.0)),
+        hand=size,
         rest_deg={"F1_cmc_abduction": -45.0},
         phases=(Phase(duration_s=1.0), Phase(name="held", duration_s=4.0, contacts=(contact,), arm=SWAY,
                                              posture_deg=GRIP, play_deg=3.0)))
     (span,) = plant.path(3, "hand").spans
     assert (span.name, span.start, span.stop) == ("held", 2.0, 6.0)
     rows = rows_of(plant, np.linspace(span.start, span.stop, 101), seed=3)
-    orientation, position = bone_ends(plant, 3, rows["angles"])
+    orientation, position = bone_ends(plant, rows["angles"])
     points = contact_points(size)
     names = ("tip", "bottom", "top", "left", "right", "distal")
     ends = [position[:, int(text[1]) - 1] + quaternion.rotate(
@@ -125,20 +131,40 @@ def test_circles_keep_their_radius():
     assert np.allclose(np.hypot(angles[:, 7] / 20.0, angles[:, 8] / 15.0), 1.0, atol=1e-3)
 
 
-def test_a_person_is_the_same_in_every_trial_and_another_for_another_seed():
-    plant = MovingHand(deviation=Deviation(length=0.03, axis_tilt_deg=(5.0, 10.0)),
-                       phases=(Phase(duration_s=1.0, cycles=4, vary=0.2, posture_deg=GRIP),))
+def test_a_hand_is_the_same_in_every_trial_and_its_path_is_not():
+    plant = MovingHand(hand=own_hand(), phases=(Phase(duration_s=1.0, cycles=4, vary=0.2, posture_deg=GRIP),))
     state = plant.init(Context("hand", 1, 0))
     again = plant.next_trial(state, Context("hand", 1, 1))
     assert again.wearer is state.wearer
+    assert np.array_equal(state.wearer.tree.geometry[2:], hand_tree(plant.hand).geometry[1:])
     assert not np.array_equal(again.path.knots, state.path.knots)
     assert np.array_equal(plant.init(Context("hand", 1, 0)).path.knots, state.path.knots)
-    other = plant.wearer(2, "hand").tree.geometry
-    cosine = np.sum(other[2:, 0] * hand_tree(HandSize()).geometry[1:, 0], axis=1)
-    tilts = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    assert not np.array_equal(other, state.wearer.tree.geometry)
-    assert (tilts <= 10.0 + 1e-6).all()
-    assert tilts.max() > 3.0
+    other = plant.init(Context("hand", 2, 0))
+    assert not np.array_equal(other.path.knots, state.path.knots)
+    assert np.array_equal(other.wearer.tree.geometry, state.wearer.tree.geometry)
+
+
+def test_the_error_of_the_pose_is_added_to_the_posture_at_the_start():
+    plant = MovingHand(script="P1", pose_error_deg={"F1_cmc_abduction": 5.0, "F2_pip_flexion": -3.0})
+    names = hand_tree(plant.hand).freedoms
+    for trial in range(2):
+        at_rest = dict(zip(names, np.degrees(rows_of(plant, [1.0], trial=trial)["angles"][0]), strict=True))
+        assert at_rest.pop("F1_cmc_abduction") == pytest.approx(-40.0)
+        assert at_rest.pop("F2_pip_flexion") == pytest.approx(-3.0)
+        assert max(map(abs, at_rest.values())) < 1e-9
+
+
+def test_postures_scatter_between_repetitions_and_are_held_in_between():
+    phase = Phase(name="flex", duration_s=2.0, cycles=200, stay_s=0.5, posture_deg={"F2_pip_flexion": 40.0})
+    rows = rows_of(MovingHand(phases=(phase,), repeat_sd_deg=1.5), np.arange(200) * 2.0 + 1.9)
+    later = rows_of(MovingHand(phases=(phase,), repeat_sd_deg=1.5), np.arange(200) * 2.0 + 1.6)
+    away = rows_of(MovingHand(phases=(phase,), repeat_sd_deg=1.5), np.arange(200) * 2.0 + 0.9)
+    angles = np.degrees(rows["angles"])
+    np.testing.assert_allclose(np.degrees(later["angles"]), angles, atol=0.01)
+    assert angles.std(axis=0) == pytest.approx(1.5, rel=0.25)
+    assert np.degrees(away["angles"]).std(axis=0) == pytest.approx(1.5, rel=0.25)
+    assert np.degrees(away["angles"])[:, 9].mean() == pytest.approx(40.0, abs=0.5)
+    assert abs(np.corrcoef(angles[1:, 9], angles[:-1, 9])[0, 1]) < 0.25
 
 
 @pytest.mark.parametrize(("change", "text"), [
