@@ -3,8 +3,10 @@
 import os
 import zlib
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from random import Random
+from types import SimpleNamespace
 
 import pytest
 from study_blocks import prepared_or_not, slowly
@@ -14,7 +16,7 @@ from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_st
 from fesloop import load as load_experiment
 from fesloop.analysis.study import load
 from fesloop.analysis.study.design.study_file import read_study
-from fesloop.analysis.study.engine import cluster, coordinator, running, worker
+from fesloop.analysis.study.engine import cluster, coordinator, preparing, running, worker
 from fesloop.analysis.study.engine.cluster import connected
 from fesloop.analysis.study.engine.coordinator import run_study
 from fesloop.analysis.study.engine.preparing import prepare_one
@@ -26,6 +28,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.registry import identifier
 from fesloop.experiment.running import run
 from fesloop.loop.machine import one_blas_thread
+from fesloop.models.patient_model import load_patient_model
 
 LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"
 HARM = '[axes.deed]\nkey = "blocks.harmful.deed"\nvalues = {}\n'
@@ -261,6 +264,15 @@ def test_what_is_prepared_is_the_model_that_identifying_gives(tmp_path):
     assert came.status == "failed"
     assert came.cause
     assert came.content == ""
+
+
+def test_a_model_that_explains_too_little_fails_the_preparation(monkeypatch):
+    poor = replace(load_patient_model(Path("grasp_finger")), fit={"free_run": {"MCP": 10.0}})
+    monkeypatch.setattr(preparing, "identifier", lambda: lambda path: SimpleNamespace(model=poor))
+    experiment = load_experiment("finger_pid_latency", ["experiment.duration_s=0.3", "score.after_s=0.1"])
+    came = prepare_one("a", zlib.compress(experiment.as_json().encode()), 3)
+    assert (came.status, came.content) == ("failed", "")
+    assert "the model explains too little: the free run of MCP has a fit of 10.0 %" in came.cause
 
 
 @pytest.mark.parametrize("address_", ["tcp://127.0.0.1:1", "nonsense", "http://127.0.0.1:1", "tls://127.0.0.1:1"])

@@ -23,6 +23,7 @@ from fesloop.experiment.registry import identifier
 from fesloop.experiment.running import Experiment, run
 from fesloop.forms.toml import toml_value
 from fesloop.loop.machine import one_blas_thread
+from fesloop.models.patient_model import require_usable
 
 Needed = dict[str, tuple[str, bytes]]
 """Key and deflated document of each preparation, by id."""
@@ -118,10 +119,14 @@ def prepare_one(id: str, document: bytes, seed: int) -> Prepared:
 
 
 def _model(experiment: Experiment, folder: Path) -> str:
-    """Text of the model file of the patient that a run excites. Raises RunError where the run fails."""
+    """Text of the model file of the patient that a run excites.
+
+    Raises RunError where the run fails, InputError where the model explains too little to control by.
+    """
     result = run(experiment, folder)
     if result.status != "done":
         raise RunError(result.cause or result.status)
-    model = folder / "model.toml"
-    identifier()(str(result.recording)).model.save(model)
+    found, model = identifier()(str(result.recording)).model, folder / "model.toml"
+    require_usable("model", found)
+    found.save(model)
     return model.read_text(encoding="utf-8")
