@@ -12,8 +12,8 @@ from fesloop.analysis.study.design.study_file import read_study
 from fesloop.apps.cli.parser import make_parser
 
 FORMS = [(name, form) for name, forms in described_studies().items() for form in forms]
-WANTED = ["cohort_ilc", "dropout_map", "error_map", "grasp_latency_map", "latency_map", "search_map",
-          "tracker_map"]
+WANTED = ["cohort_ilc", "dropout_map", "error_map", "grasp_latency_map", "latency_map", "persons",
+          "search_map", "tracker_map"]
 
 
 def told_once(cells):
@@ -76,3 +76,10 @@ def test_each_says_what_to_try_next_which_is_no_part_of_it(name):
         else:
             pytest.importorskip("sklearn", reason="the extra `search`")
             assert fesloop.load(args.experiment, args.settings).name == args.experiment
+
+
+def test_persons_are_the_same_members_of_every_kind_on_a_day():
+    cells = list(cells_of(read_study("persons", "full")))
+    whos = {cell.settings[:4] for cell in cells}
+    assert len(whos) == 4 * 10
+    assert ('patient.file="sci_c6"', "patient.cohort=3", "patient.member=7", "patient.day=1") in whos

@@ -82,7 +82,7 @@ SPAN = {"start": 0, "stop": 1}
     (axis(stop=1, values=[1]), r"latency_ms\.to: is given without from"),
     (axis(count=3, scale="log", **SPAN), r"latency_ms\.from: 0; allowed: a number above 0"),
     (axis(cohort={"patient": "sci_c6", "members": 0}), r"cohort\.members: 0"),
-    (axis(cohort={"members": 1}), r"cohort\.patient: is missing"),
+    (axis(cohort={"patient": "sci_c6"}), r"cohort\.members: is missing"),
     (changed(study={"design": "random", "samples": 4}, axes={"latency_ms": {"from": 0, "to": 1, "count": 2}}),
      r"latency_ms\.count: 2; allowed: none"),
     (changed(axes={"latency_ms": {"values": [1]}, "late": {"key": "latency_ms", "values": [2]}}),

@@ -42,12 +42,20 @@ class Option:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cohort:
-    """Patients of a cohort: `members` of them, starting at number `first`."""
+    """Patients of a cohort: `members` of them, starting at number `first`.
 
-    patient: str
+    Attributes
+    ----------
+    patient: preset or file; "": that of another axis or of the study's settings.
+    members, first, cohort: how many, from which number on, and of which cohort.
+    day: the day of each; None: none.
+    """
+
     members: int
+    patient: str = ""
     cohort: int = 0
     first: int = 0
+    day: int | None = None
 
     def __post_init__(self) -> None:
         if self.members < 1:
@@ -187,8 +195,12 @@ class Axis:
         return Level(value=value, settings=tuple(f"{key}={toml_value(value)}" for key in self.keys(name)))
 
     def _member(self, cohort: Cohort, number: int) -> Level:
-        return Level(value=number, settings=(f"patient.file={toml_value(cohort.patient)}",
-                                             f"patient.cohort={cohort.cohort}", f"patient.member={number}"))
+        settings = [f"patient.cohort={cohort.cohort}", f"patient.member={number}"]
+        if cohort.patient:
+            settings.insert(0, f"patient.file={toml_value(cohort.patient)}")
+        if cohort.day is not None:
+            settings.append(f"patient.day={cohort.day}")
+        return Level(value=number, settings=tuple(settings))
 
 
 def sets_seed(setting: str) -> bool:
