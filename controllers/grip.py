@@ -10,30 +10,23 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.force_sensors import require_count, wired_places
 from controllers.pid.tuning import Gains, Lag, simc
 from controllers.timing import period_ns
 from fesloop.errors import InputError
+from fesloop.hand.grip import grip_force, require_places
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.abilities import AgeLimit
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.record import StatusLatch
-from fesloop.loop.signals import NEVER, Port, Sample, Value, is_finite
+from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value, is_finite
 
 Array = NDArray[np.float64]
 _LOST = 0.5
 """Share of the force at contact below which contact is lost (chosen: noise does not cross both)."""
 _WEIGHT = 0.3
 """Weight of the newest change in the mean of squares: about three samples count (chosen)."""
-
-
-def grip_of(force: Array, thumb: int) -> float:
-    """Grip force, N: the thumb's or that of all fingers together, whichever is greater.
-
-    An object at rest is pressed equally from both sides, by fingertips or by parts of the hand without a
-    sensor.
-    """
-    return float(max(force[thumb], force.sum() - force[thumb]))
 
 
 @dataclass(slots=True, eq=False)
@@ -46,7 +39,7 @@ class Touch:
     since_ns: instant from which forces contradict `holding`; NEVER while they agree.
     force: (k,), N, last sample; None before the first.
     taken_ns: its capture.
-    variation: mean square change from sample to sample of the fingertip force that changes most, N^2.
+    variation: mean square change from sample to sample of the force that changes most, N^2.
     raised: factor by which slips have raised the target force.
     raised_ns: instant of the last rise.
     """
@@ -106,7 +99,7 @@ class Slip:
 
     Attributes
     ----------
-    change_n: RMS change of a fingertip's force from sample to sample (chosen: five times that of sensors
+    change_n: RMS change of a sensor's force from sample to sample (chosen: five times that of sensors
         with a noise of .02 N).
     raise_by: factor on the target force for each slip (chosen).
     pause_ms: least time between two rises (chosen: response time of the force).
@@ -124,7 +117,7 @@ class Slip:
         duration_ns(self.pause_ms, NS_PER_MS, "slip.pause_ms")
 
     def record(self, touch: Touch, force: Array, taken_ns: int) -> float:
-        """Record a sample (k,), N; return the greatest RMS change of a fingertip from sample to sample, N."""
+        """Record a sample (k,), N; return the greatest RMS change of a sensor from sample to sample, N."""
         if taken_ns > touch.taken_ns:
             if touch.force is not None:
                 change = float(np.max((force - touch.force) ** 2))
@@ -219,9 +212,9 @@ _POSITIVE = ("target_n", "mass_kg", "friction", "margin", "force_max_n", "rise_n
              "charge_max_uc", "ramp_ms")
 _TROUBLES = ("no_force", "stale_force", "non_finite_force", "implausible_force", "no_reference")
 _IMPLAUSIBLE_N = 1000.0
-"""Greatest plausible force of a fingertip (chosen: twice the strongest grip as a whole)."""
+"""Greatest plausible force of a sensor (chosen: twice the strongest grip as a whole)."""
 _OPENING = 0.9
-"""Fraction of the pulse widths at takeover below which posture control counts as opening the hand (chosen:
+"""Fraction of the pulse widths that closed the hand below which posture control counts as opening it (chosen:
 widths change by less while it holds)."""
 
 
@@ -238,6 +231,9 @@ class GripForceState:
     target_n: present target of the force; 0 while nothing is held.
     handed_ns: instant of the hand-over from posture control.
     rising: whether `target_n` has not reached its end.
+    closing: whether the hand may still close on the object: `target_n` has not reached its end since the
+        hand-over.
+    closed_s: sum of the input's pulse widths of the closing channels when it was last `closing`.
     """
 
     gains: Gains
@@ -249,6 +245,8 @@ class GripForceState:
     target_n: float = 0.0
     handed_ns: int = NEVER
     rising: bool = False
+    closing: bool = False
+    closed_s: float = 0.0
     latch: StatusLatch = field(default_factory=StatusLatch)
 
 
@@ -257,17 +255,21 @@ class GripForce:
     """PI control of grip force by the pulse widths of the channels that close the hand.
 
     It is wired between posture control and `safety`. Its input passes unchanged until the grip force
-    (`controllers.grip.grip_of`) shows that something is held. From then on the closing channels have
+    (`fesloop.hand.grip.grip_force`) shows that something is held. From then on the closing channels have
     their pulse widths of that instant, or the input's where these are less, times a scale s, by which `loop`
     controls the force. There is no jump: `target` starts from the force at the hand-over. While posture
-    control releases the object, s does not rise. Where forces tremble as under a slipping object while
-    nothing else changes them, `target` is raised. When contact is lost, s returns to 1 within `ramp_ms`.
+    control releases the object, s does not rise: its pulse widths have fallen by a tenth since `target` was
+    first reached; before, the hand may still be closing, and they may fall. Where forces tremble as under a
+    slipping object while nothing else changes them, `target` is raised. When contact is lost, s returns to 1
+    within `ramp_ms`.
 
     Attributes
     ----------
-    channels, fingertips: their numbers; 0 takes them from the wires.
+    channels: their number; 0 takes it from the wire.
+    places: parts of the hand that the force sensors are on, such as "palm" and "F1d"; empty: as their block
+        states. What touches other parts is not felt: `grip` is then at most the force between the hand and
+        the object.
     closing: numbers of the channels that close the hand; empty: all.
-    thumb: number of the thumb's fingertip.
     target_n: grip force, N.
     mass_kg: mass of the object, in place of `target_n`: `margin` mass_kg 9.80665 / (2 `friction`). Without
         both, `reference` must be wired.
@@ -283,16 +285,15 @@ class GripForce:
     max_age_ms: greatest age of `force`.
     ramp_ms: duration in which s returns to 1.
 
-    Inputs: `stimulation` (channels, 2), A and s; `force` (fingertips,), N; optional `reference`, N. Outputs:
+    Inputs: `stimulation` (channels, 2), A and s; `force` (places,), N; optional `reference`, N. Outputs:
     `stimulation` (channels, 2); `grip`, N, as measured; `target`, N; `scale`. With forces that are missing,
     too old, not finite or above 1000 N nothing counts as held: the input passes unchanged, with a status.
     With stimulation that is missing or not finite the output is zero, with a status.
     """
 
     channels: int = 0
-    fingertips: int = 0
+    places: tuple[str, ...] = ()
     closing: tuple[int, ...] = ()
-    thumb: int = 0
     target_n: float | None = None
     mass_kg: float | None = None
     friction: float = 0.5
@@ -309,10 +310,9 @@ class GripForce:
     ramp_ms: float = 300.0
 
     def __post_init__(self) -> None:
-        if min(self.channels, self.fingertips) < 0:
-            raise InputError("channels, fingertips", "below 0", "1 or more, or 0 to take it from the wire")
-        if not 0 <= self.thumb < (self.fingertips or math.inf):
-            raise InputError("thumb", f"{self.thumb}", "from 0 to below the number of fingertips")
+        if self.channels < 0:
+            raise InputError("channels", f"{self.channels}", "1 or more, or 0 to take it from the wire")
+        require_places(self.places, "places")
         if len(set(self.closing)) < len(self.closing) or not all(
                 0 <= number < (self.channels or math.inf) for number in self.closing):
             raise InputError("closing", f"{self.closing}", "numbers of channels, from 0 on, each once")
@@ -329,7 +329,7 @@ class GripForce:
     def inputs(self) -> tuple[Port, ...]:
         """`stimulation`, `force`, `reference`."""
         return (Port("stimulation", (self.channels or None, 2), "A,s"),
-                Port("force", (self.fingertips or None,), "N"), Port("reference", (), "N", optional=True))
+                Port("force", (len(self.places) or None,), "N"), Port("reference", (), "N", optional=True))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -338,9 +338,13 @@ class GripForce:
                 Port("target", (), "N"), Port("scale", (), "1", 1.0))
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> GripForce:
-        """The block for the wired channels and fingertips; raises InputError for numbers beyond them."""
-        return replace(self, channels=shapes.get("stimulation", (self.channels,))[0],
-                       fingertips=shapes.get("force", (self.fingertips,))[0])
+        """The block for the wired channels; raises InputError for numbers beyond them."""
+        require_count(self.places, shapes)
+        return replace(self, channels=shapes.get("stimulation", (self.channels,))[0])
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> GripForce:
+        """The block for the places of the wired force sensors."""
+        return replace(self, places=wired_places(self.places, sources))
 
     def age_limits(self) -> tuple[AgeLimit, ...]:
         """Age limit of `force`."""
@@ -363,7 +367,7 @@ class GripForce:
         for status in _TROUBLES:
             state.latch.put(tick, status, status == trouble,
                             "nothing counts as held: stimulation passes unchanged")
-        grip_n = 0.0 if trouble else grip_of(cast(Array, force.value), self.thumb)
+        grip_n = 0.0 if trouble else float(grip_force(cast(Array, force.value), self.places))
         if trouble:
             state.touch.let_go()
         else:
@@ -405,6 +409,7 @@ class GripForce:
         if touch.holding and not held:
             state.widths_s, state.target_n = pulses[:, 1].copy(), min(grip_n, self.force_max_n)
             state.integral, state.handed_ns, state.rising = state.log_scale, tick.time_ns, True
+            state.closing = True
             tick.report("contact", f"{grip_n:.2f} N: the force is controlled from now on")
         elif held and not touch.holding:
             touch.let_go()
@@ -418,9 +423,12 @@ class GripForce:
         """Advance `target_n` and the scale by a tick."""
         assert state.widths_s is not None
         columns = self._columns()
+        if state.closing:
+            state.closed_s = float(pulses[columns, 1].sum())
         target = min(target_n * state.touch.raised, self.force_max_n)
         reach = self.rise_n_per_s * state.period_s
         state.rising = abs(target - state.target_n) > reach
+        state.closing &= state.rising
         state.target_n += min(max(target - state.target_n, -reach), reach)
         if 0.0 < self.set_within_s * NS_PER_S <= now_ns - state.handed_ns:
             return
@@ -433,10 +441,8 @@ class GripForce:
                                                          highest)
 
     def _opens(self, state: GripForceState, pulses: Array) -> bool:
-        """Whether posture control opens the hand."""
-        assert state.widths_s is not None
-        columns = self._columns()
-        return bool(pulses[columns, 1].sum() < _OPENING * state.widths_s[columns].sum())
+        """Whether posture control opens the hand that it has closed."""
+        return not state.closing and bool(pulses[self._columns(), 1].sum() < _OPENING * state.closed_s)
 
     def _scale(self, state: GripForceState, pulses: Array) -> None:
         """Scale the closing channels of `pulses` (channels, 2) and keep all within their limits, in place."""

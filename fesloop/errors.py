@@ -13,8 +13,11 @@ _LONGEST, _LONGEST_LINE, _END = 400, 3000, 100
 RENAMED = {
     "about_z_share": "flexion_axis_share",
     "asked": "intended",
+    "fingertips": "places",
     "not_known": "missing",
     "of_optimum": "optimum_share",
+    "sensors": "places",
+    "thumb": "places",
     "unseen_deg_s": "untracked_deg_s",
     "unsure_deg": "uncertain_deg",
     "wanted": "target",

@@ -36,6 +36,7 @@ def specimens():
     joints = {"kp": (1.0,) * 3, "ki": (5.0,) * 3, "kd": (0.02,) * 3,
               "mixing": ((0.4, -0.5, 2.5), (-0.4, 1.8, -3.0), (-1.0, 0.2, -0.3), (1.5, -1.2, 0.4))}
     current = {"current_ma": (40.0,) * 4}
+    felt = ("palm", "F1d", "F2d", "F3d")
     parameters = {
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
         "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()}, "hand": {"forearm_moves": True},
@@ -66,11 +67,12 @@ def specimens():
         "fmu": {"path": "shipped:finger", "step_rate": "100"},
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
         "stimulator": {}, "electrodes": {},
-        "ilc": {"model": model, "duration_s": 0.5, "sd_max_deg": 60.0, "reject_share": 1.0, **current},
-        "mpc": {"model": model, "grasping_outputs": (1, 2), "grasping_channels": (0, 2), **current,
-                **tiring_muscles()},
+        "ilc": {"model": model, "places": felt, "duration_s": 0.5, "sd_max_deg": 60.0, "reject_share": 1.0,
+                **current},
+        "mpc": {"model": model, "places": felt, "grasping_outputs": (1, 2), "grasping_channels": (0, 2),
+                **current, **tiring_muscles()},
         "tuned_pid": {"model": model, "rule": "amigo", **current},
-        "grip_force": {"target_n": 3.0, "closing": (0, 2)},
+        "grip_force": {"places": felt, "target_n": 3.0, "closing": (0, 2)},
     }
     registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
     made = {}

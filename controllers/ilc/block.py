@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.force_sensors import contact_force, require_count, wired_places
 from controllers.ilc.convergence import Condition, cautions_in_place, check, condition_of, faults
 from controllers.ilc.laws import pulses_of
 from controllers.ilc.parameters import IlcParameters
@@ -21,7 +22,7 @@ from fesloop.loop.abilities import Passage, Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.record import StatusLatch
-from fesloop.loop.signals import Port, Sample, Value, is_finite
+from fesloop.loop.signals import Port, Sample, Sensors, Value, is_finite
 
 Array = NDArray[np.float64]
 
@@ -80,7 +81,7 @@ class Ilc(IlcParameters):
     Parameters are those of `IlcParameters`.
 
     Inputs: `reference` and `measured` (outputs,), rad; optional `measured_sd` (outputs,), rad, `force`
-    (fingertips,), N, and `trusted`, below 0.5 where a sample is excluded from learning. Output: `stimulation`
+    (places,), N, and `trusted`, below 0.5 where a sample is excluded from learning. Output: `stimulation`
     (muscles, 2).
     """
 
@@ -94,7 +95,16 @@ class Ilc(IlcParameters):
         return (Port("reference", (outputs,), "rad"), Port("measured", (outputs,), "rad"),
                 Port("measured_sd", (outputs,), "rad", optional=True),
                 Port("trusted", initial=1.0, optional=True),
-                Port("force", (self.fingertips,), "N", optional=True))
+                Port("force", (len(self.places) or None,), "N", optional=True))
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Ilc:
+        """This block; raises InputError for force sensors whose places are not known."""
+        require_count(self.places, shapes)
+        return self
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> Ilc:
+        """The block for the places of the wired force sensors."""
+        return replace(self, places=wired_places(self.places, sources))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -176,8 +186,10 @@ class Ilc(IlcParameters):
                 state.held.look(state.latch, tick, state.seen.reference[k])
         if inputs[1].arrived_ns >= 0:
             note(state.seen, state.latch, k, inputs[1:4], self.sd_max_deg, tick)
-        if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():
-            state.seen.touch(k)
-            tick.report("contact", f"a fingertip presses by more than {self.contact_n:g} N: from here on "
-                        "grasping outputs are excluded from learning")
+        if state.seen.free and inputs[4].present:
+            pressed_n, place = contact_force(cast(Array, inputs[4].value), self.places, self.contact_places)
+            if pressed_n > self.contact_n:
+                state.seen.touch(k)
+                tick.report("contact", f"more than {self.contact_n:g} N on {place}: from here on grasping "
+                            "outputs are excluded from learning")
         return (state.pulses[k].copy(),)

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from scipy.signal import sosfreqz
 
 from controllers.allocation import LEAST_REACH, check_reach, require_kept
+from controllers.force_sensors import require_felt
 from controllers.ilc.laws import Learning, low_pass, static_gain
 from controllers.ilc.parameters import IlcParameters
 from controllers.ilc.trajectories import response, strongest
@@ -271,8 +272,7 @@ def _check_sizes(ilc: IlcParameters) -> None:
     for key, size in (("grasping_outputs", outputs), ("grasping_channels", muscles)):
         if not set(getattr(ilc, key)) <= set(range(size)):
             raise InputError(key, f"{getattr(ilc, key)}", f"numbers from 0 to {size - 1}")
-    if ilc.fingertips < 1:
-        raise InputError("fingertips", f"{ilc.fingertips}", "1 or more")
+    require_felt(ilc.places, ilc.contact_places)
     if len(ilc.current_ma) != muscles:
         raise InputError("current_ma", f"{len(ilc.current_ma)} currents", f"{muscles}, one a muscle")
     for key, size in (("output_weight", outputs), ("first_drive", muscles)):

@@ -88,9 +88,11 @@ class IlcParameters:
         of the samples from the error; otherwise samples are compared when they are read.
     max_gap_ms: longest distance of two captures between which posture is interpolated.
     sd_max_deg: sd above which a sample is doubtful and excluded from learning (chosen: a fifth of a grasp).
-    fingertips: number of fingertip forces.
-    contact_n: force of any fingertip from which a trial is in contact: the object, not the drives, then
-        determines the posture (chosen: ten times the scatter of fingertip sensors).
+    places: parts of the hand that the force sensors are on, such as "palm" and "F1d"; empty: as their block
+        states. What touches other parts is not felt.
+    contact_places: those of them whose force counts as contact; empty: all.
+    contact_n: force of any sensor from which a trial is in contact: the object, not the drives, then
+        determines the posture (chosen: ten times the scatter of thin resistive sensors).
     grasping_outputs, grasping_channels: outputs that are excluded from learning in contact, and channels that
         then keep the drives learnt in free motion: grip force follows from how far the reference lies inside
         the object. Others, such as the wrist's, continue to learn. Empty: all.
@@ -128,7 +130,8 @@ class IlcParameters:
     align_captures: bool = True
     max_gap_ms: float = 150.0
     sd_max_deg: float = 15.0
-    fingertips: int = 5
+    places: tuple[str, ...] = ()
+    contact_places: tuple[str, ...] = ()
     contact_n: float = 0.5
     grasping_outputs: tuple[int, ...] = ()
     grasping_channels: tuple[int, ...] = ()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.force_sensors import contact_force, require_count, wired_places
 from controllers.mpc import checks as mpc_checks
 from controllers.mpc.design import candidates_of, carry_over, compare, nominal
 from controllers.mpc.kernel import build_problem, issue_drive, solve_in_contact
@@ -22,7 +23,7 @@ from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit, Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.signals import Port, Sample, Value, is_finite
+from fesloop.loop.signals import Port, Sample, Sensors, Value, is_finite
 
 Array = NDArray[np.float64]
 
@@ -40,14 +41,14 @@ class Mpc(MpcParameters):
     `ramp_ms`, with a status. Before the first measurement there is no stimulation.
 
     Where an object blocks fingers, their error says nothing about the plant, and control free of offset would
-    press harder and harder. From the touch of a fingertip on, `grasping_outputs` therefore count as
-    unmeasured and their disturbances stay constant; `grasping_channels` follow the model alone, the others
-    the measurements of other outputs, such as the wrist's (`mpc.kernel.solve_in_contact`).
+    press harder and harder. From the first contact that force sensors feel on, `grasping_outputs` therefore
+    count as unmeasured and their disturbances stay constant; `grasping_channels` follow the model alone, the
+    others the measurements of other outputs, such as the wrist's (`mpc.kernel.solve_in_contact`).
 
     Parameters are those of `MpcParameters`.
 
     Inputs: `reference_preview` (N, outputs), the reference at the coming ticks, or `reference` (outputs,),
-    held constant ahead; `measured` (outputs,); all rad; optional `force` (fingertips,), N, without which
+    held constant ahead; `measured` (outputs,); all rad; optional `force` (places,), N, without which
     contact is never detected. Output: `stimulation` (muscles, 2).
     """
 
@@ -60,7 +61,16 @@ class Mpc(MpcParameters):
         outputs = self.model.outputs
         return (Port("reference_preview", (self.horizon, outputs), "rad", optional=True),
                 Port("reference", (outputs,), "rad", optional=True), Port("measured", (outputs,), "rad"),
-                Port("force", (self.fingertips,), "N", optional=True))
+                Port("force", (len(self.places) or None,), "N", optional=True))
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Mpc:
+        """This block; raises InputError for force sensors whose places are not known."""
+        require_count(self.places, shapes)
+        return self
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> Mpc:
+        """The block for the places of the wired force sensors."""
+        return replace(self, places=wired_places(self.places, sources))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -148,7 +158,8 @@ class Mpc(MpcParameters):
         sound = is_finite(force.value) and tick.time_ns - force.newest_ns <= self.max_age_ms * NS_PER_MS
         state.latch.put(tick, "no_force", not sound, "forces not finite or too old: contact as before")
         if sound:
-            self.contact.look(state.touch, float(cast(Array, force.value).max()), tick.time_ns)
+            pressed_n, _ = contact_force(cast(Array, force.value), self.places, self.contact_places)
+            self.contact.look(state.touch, pressed_n, tick.time_ns)
         state.latch.put(tick, "contact", state.touch.holding, "grasping channels follow the model alone")
 
     def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:

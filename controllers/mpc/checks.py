@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.allocation import LEAST_REACH, check_reach, posture_within, require_kept
+from controllers.force_sensors import require_felt
 from controllers.mpc.parameters import MpcParameters
 from controllers.timing import DELAY_STATUS, delay_text, missed_ns, period_ns
 from fesloop.errors import InputError
@@ -51,8 +52,7 @@ def check(mpc: MpcParameters) -> None:
                         ("cocontraction_weight", (mpc.cocontraction_weight,))):
         if not all(math.isfinite(value) and value >= 0.0 for value in values):
             raise InputError(key, f"{values}", "finite weights, 0 or more")
-    if mpc.fingertips < 1:
-        raise InputError("fingertips", f"{mpc.fingertips}", "1 or more")
+    require_felt(mpc.places, mpc.contact_places)
     for key, size in (("grasping_outputs", mpc.model.outputs), ("grasping_channels", mpc.model.inputs)):
         if not set(getattr(mpc, key)) <= set(range(size)):
             raise InputError(key, f"{getattr(mpc, key)}", f"numbers from 0 to {size - 1}")

@@ -46,9 +46,11 @@ class MpcParameters:
     adaptation: adaptation of the muscles' strengths and the plant's speed, from trial to trial; None: none.
     drive_noise, disturbance_deg, measurement_deg: sd of the drive's error, of the walk of the output
         disturbance over 1 s, and of a measurement, for the observer's gain.
-    fingertips: number of fingertip forces.
-    contact: limits of the greatest fingertip force that decide whether the hand touches something. `lost_ms`
-        should be longer than samples are old, so that samples after it show free motion.
+    places: parts of the hand that the force sensors are on, such as "palm" and "F1d"; empty: as their block
+        states. What touches other parts is not felt.
+    contact_places: those of them whose force counts as contact; empty: all.
+    contact: limits of the greatest force of a sensor that decide whether the hand touches something.
+        `lost_ms` should be longer than samples are old, so that samples after it show free motion.
     grasping_outputs: outputs that an object blocks; empty: all.
     grasping_channels: channels that follow the model alone while the hand touches something; empty: none.
     touching_s: time constant with which the disturbances of the other outputs are followed while the hand
@@ -81,7 +83,8 @@ class MpcParameters:
     drive_noise: float = 0.05
     disturbance_deg: float = 20.0
     measurement_deg: float = 0.5
-    fingertips: int = 5
+    places: tuple[str, ...] = ()
+    contact_places: tuple[str, ...] = ()
     contact: Contact = _CONTACT
     grasping_outputs: tuple[int, ...] = ()
     grasping_channels: tuple[int, ...] = ()

@@ -23,6 +23,8 @@ BONES = tuple(f"{finger}{bone}" for finger in FINGERS for bone in ("mpd" if fing
 """Bones of the digits, from the palm to the tip."""
 PARTS = ("palm", *BONES)
 """Parts of the hand that touch objects."""
+FINGERTIPS = tuple(f"{finger}d" for finger in FINGERS)
+"""The parts at the ends of the digits."""
 JOINTED = ("hand", *BONES)
 """Segments that a joint moves: the hand, and the bones of the digits."""
 PHALANX_RATIOS = np.array([[.251, .196, .158], [.245, .143, .097], [.266, .170, .108],

@@ -260,7 +260,7 @@ def hand_outputs(start: Array, with_object: bool) -> tuple[Port, ...]:
              Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0)),
              Port("site_position", (17, 3), "m"), Port("site_rate", (17, 3), "rad/s"),
              Port("site_force", (17, 3), "m/s^2", (0.0, 0.0, STANDARD_GRAVITY)),
-             Port("contact_force", (5,), "N"), Port("velocity", (len(MUSCLES),), "1/s"))
+             Port("contact_force", (len(PARTS),), "N", rows=PARTS), Port("velocity", (len(MUSCLES),), "1/s"))
     if not with_object:
         return ports
     return (*ports, Port("object_position", (3,), "m"),
@@ -269,13 +269,13 @@ def hand_outputs(start: Array, with_object: bool) -> tuple[Port, ...]:
 
 
 def sensed(views: Views, fixed: bool, segments: Numbers, sites: Numbers,
-           tips: Numbers) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Fingertips, kinematics of the sites, and contact forces, in the order of `HandValues`.
+           tips: Numbers) -> tuple[Array, Array, Array, Array, Array]:
+    """Fingertips and kinematics of the sites, in the order of `HandValues`.
 
     `fixed`: whether the forearm, body 1, cannot move; `segments`: bodies oriented like the segments;
     `sites`: sites on the segments; `tips`: sites at the five bone ends.
     """
-    found: tuple[Array, Array, Array, Array, Array, Array] = gather(
+    found: tuple[Array, Array, Array, Array, Array] = gather(
         views.xpos, views.xquat, views.xmat, views.site_xpos, views.sensordata, fixed, segments, sites, tips)
     return found
 
@@ -284,7 +284,7 @@ def sensed(views: Views, fixed: bool, segments: Numbers, sites: Numbers,
 def gather(
     xpos: Array, xquat: Array, xmat: Array, site_xpos: Array, sensordata: Array, fixed: bool,
     segments: Numbers, sites: Numbers, tips: Numbers,
-) -> tuple[Array, Array, Array, Array, Array, Array]:
+) -> tuple[Array, Array, Array, Array, Array]:
     """Results of `sensed`, from MuJoCo's arrays of these names."""
     count = sites.size
     fingertips = np.empty((tips.size, 3))
@@ -307,13 +307,12 @@ def gather(
         # Accelerometers of bodies that cannot move read 0 up to MuJoCo 3.
         for axis in range(3):
             force[0, axis] = STANDARD_GRAVITY * xmat[1, 6 + axis]
-    return fingertips, orientation, position, rate, force, sensordata[6 * count:6 * count + 5].copy()
+    return fingertips, orientation, position, rate, force
 
 
-def object_outputs(state: HandState, parts: Numbers) -> tuple[Array, Array, Array]:
-    """Position (3,) and orientation (4,) of the object, MuJoCo's last joint, and the forces on it (16,)."""
-    views = state.views
-    return views.qpos[-7:-4].copy(), views.qpos[-4:].copy(), object_force(state.data, parts)
+def object_pose(views: Views) -> tuple[Array, Array]:
+    """Position (3,) and orientation (4,) of the object, MuJoCo's last joint."""
+    return views.qpos[-7:-4].copy(), views.qpos[-4:].copy()
 
 
 OBJECT_PART, NO_PART = -1, -2
@@ -334,15 +333,23 @@ def parts_of_geoms(model: mujoco.MjModel) -> Numbers:
     return parts
 
 
-def object_force(data: mujoco.MjData, parts: Numbers) -> Array:
-    """Sums of the normal forces between the object and each of `PARTS`, (16,), N."""
-    forces = np.zeros(len(PARTS))
+def contact_forces(data: mujoco.MjData, parts: Numbers) -> tuple[Array, Array]:
+    """Sums of the normal forces on each of `PARTS`, (16,), N: of all contacts, and of those of the object."""
+    every, of_object = np.zeros(len(PARTS)), np.zeros(len(PARTS))
+    if data.ncon == 0:
+        return every, of_object
     contacts = data.contact
     rows, pairs = np.asarray(contacts.efc_address), parts[np.asarray(contacts.geom)].reshape(-1, 2)
     for row, pair in zip(rows, pairs, strict=True):
-        if row >= 0 and min(pair) == OBJECT_PART and max(pair) >= 0:
-            forces[max(pair)] += data.efc_force[row]  # the first row of a contact is along its normal
-    return forces
+        if row < 0:
+            continue
+        force = data.efc_force[row]  # the first row of a contact is along its normal
+        for part in pair:
+            if part >= 0:
+                every[part] += force
+        if min(pair) == OBJECT_PART and max(pair) >= 0:
+            of_object[max(pair)] += force
+    return every, of_object
 
 
 def turn_forearm(state: HandState, start: Array, target: Value) -> None:

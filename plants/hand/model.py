@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.hand.anthropometry import FINGERS, HandSize
+from fesloop.hand.anthropometry import FINGERS, FINGERTIPS, HandSize
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import FREEDOMS, MOTIONS, SegmentTree
@@ -144,10 +144,6 @@ WIDER_RANGES = {"wrist_flexion": (-0.5 * math.pi, 0.5 * math.pi)}
 HYPOTHENAR_RATIO, THENAR_RATIO = 0.075, 1.6
 """Chosen: ratio of the radius of the ball of the little finger to hand length, and of the skin of the ball of
 the thumb to its metacarpal's radius."""
-TIPS = tuple(f"{finger}d" for finger in FINGERS)
-"""The distal segments."""
-TIP_REACH_M = 0.002
-"""Distance beyond the skin of a distal segment within which contacts count as the fingertip's."""
 END_SOLREF, END_SOLIMP = [0.006, 1.0], [0.95, 0.999, 0.02, 0.5, 2.0]
 """Solver parameters of the ends of joint ranges: return within 6 ms, critically damped, and hard enough to
 keep a joint within a few degrees under the full force of its muscles (chosen)."""
@@ -237,9 +233,6 @@ def _add_phalanx(body: mujoco.MjsBody, size: HandSize, name: str, offset: Array)
     skin = thick * (THENAR_RATIO if name == "F1m" else 1.0)
     body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[skin, 0.0, 0.0], fromto=ends, mass=0.0,
                   solref=SKIN_SOLREF, solimp=SKIN_SOLIMP, contype=group, conaffinity=TOUCHES[group])
-    if name[2] == "d":
-        body.add_site(name=f"touch {name}", type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=ends,
-                      size=[thick + TIP_REACH_M, 0.0, 0.0])
 
 
 def _set_inertia(body: mujoco.MjsBody, mass: float, inertia: Array, centre: Array) -> None:
@@ -247,23 +240,22 @@ def _set_inertia(body: mujoco.MjsBody, mass: float, inertia: Array, centre: Arra
 
 
 def add_sensors(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize) -> None:
-    """Add gyroscopes, then accelerometers, at the dorsal points, then touch sensors at the fingertips.
+    """Add gyroscopes, then accelerometers, at the dorsal points.
 
     Also adds sites at the bone ends of the fingertips, named `tip F1d` to `tip F5d`.
     """
     for segment, place in zip(tree.segments, dorsal_points(size), strict=True):
         spec.body(segment.name).add_site(name=f"imu {segment.name}", pos=place + segment.offset)
     for segment in tree.segments:
-        if segment.name in TIPS:
+        if segment.name in FINGERTIPS:
             spec.body(segment.name).add_site(name=f"tip {segment.name}", pos=segment.offset)
     sense_sites(spec, tree.names)
 
 
 def sense_sites(spec: mujoco.MjSpec, segments: tuple[str, ...]) -> None:
-    """Add gyroscopes, then accelerometers, at sites such as `imu F2p`, then touch at such as `touch F2d`."""
+    """Add gyroscopes, then accelerometers, at sites such as `imu F2p`."""
     sensors = [(mujoco.mjtSensor.mjSENS_GYRO, f"imu {name}") for name in segments]
     sensors += [(mujoco.mjtSensor.mjSENS_ACCELEROMETER, f"imu {name}") for name in segments]
-    sensors += [(mujoco.mjtSensor.mjSENS_TOUCH, f"touch {name}") for name in TIPS]
     for kind, site in sensors:
         spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
 

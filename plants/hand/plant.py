@@ -28,10 +28,11 @@ from plants.hand.contract import (
     HandValues,
     add_forearm_drive,
     advance_to,
+    contact_forces,
     evaluate,
     hand_inputs,
     hand_outputs,
-    object_outputs,
+    object_pose,
     parts_of_geoms,
     require_hand,
     sensed,
@@ -118,11 +119,11 @@ class Hand:
     `fingertips` (5, 3), m, bone ends in the wrist coordinate system; of 17 sites on the back of the segments
     `site_orientation` (17, 4), to the global frame, `site_position` (17, 3), m, global, `site_rate` (17, 3),
     rad/s, and `site_force` (17, 3), m/s^2, angular velocity and specific force in the segments' frames;
-    `contact_force` (5,), N, sum of the normal forces on each distal segment; `velocity` (29,), 1/s,
-    lengthening of the fibres in optimal lengths; and with an object `object_position` (3,), m, from the
-    wrist's centre, `object_orientation` (4,), both global, and `object_force` (16,), N, sums of the normal
-    forces between it and the palm and each bone of the digits. Accelerations and forces are those at the end
-    of a step, under the activation that led there.
+    `contact_force` (16,), N, sums of the normal forces on the palm and on each bone of the digits; `velocity`
+    (29,), 1/s, lengthening of the fibres in optimal lengths; and with an object `object_position` (3,), m,
+    from the wrist's centre, `object_orientation` (4,), both global, and `object_force` (16,), N, the part of
+    `contact_force` that the object causes. Accelerations and forces are those at the end of a step, under the
+    activation that led there.
 
     Attributes
     ----------
@@ -280,10 +281,11 @@ class Hand:
         evaluate(self.model, state)
         views, hinges = state.views, self._hinges()
         rates = views.qvel[hinges].copy()
+        every, of_object = contact_forces(state.data, self._parts)
         values = HandValues(views.qpos[hinges].copy(), rates, views.qacc[hinges].copy(),
                             *sensed(views, not self.forearm_moves, _SEGMENTS, self._sites, self._tips),
-                            velocity=self._stretch @ rates)
-        return values if self.object is None else (*values, *object_outputs(state, self._parts))
+                            contact_force=every, velocity=self._stretch @ rates)
+        return values if self.object is None else (*values, *object_pose(views), of_object)
 
     def glance(self, state: HandState) -> dict[int, Value]:
         """Outputs that need no evaluation, by port: angles, rates, velocity of the fibres."""

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.hand.anthropometry import FINGERTIPS
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import dorsal_points
 from plants.hand.model import (
@@ -19,7 +20,6 @@ from plants.hand.model import (
     SKIN_SOLIMP,
     SKIN_SOLREF,
     THUMB,
-    TIPS,
     TOUCHES,
     sense_sites,
     set_solver,
@@ -38,8 +38,6 @@ from plants.myohand.patches import FORCE, PASSIVE, set_force
 Array = NDArray[np.float64]
 ROOT, FIRST = "myoarm_r_root", "clavicle_r"
 """Root body of MyoHand, and its only child."""
-TOUCHED_M = 0.03
-"""Radius of the touch sensor's ball around a distal segment, which covers all of it (chosen)."""
 
 
 def to_quaternion(axes: Array) -> Array:
@@ -108,11 +106,8 @@ def add_segments(spec: mujoco.MjSpec, found: Anatomy) -> None:
         spec.body(bone).add_body(name=name, pos=end, quat=to_quaternion(axes))
     for name, place in zip(names, dorsal_points(found.size), strict=True):
         spec.body(name).add_site(name=f"imu {name}", pos=place)
-    for name in TIPS:
+    for name in FINGERTIPS:
         spec.body(name).add_site(name=f"tip {name}")
-        # The touch sensor belongs to the body that has the skin.
-        bone, end, _ = found.frames[name]
-        spec.body(bone).add_site(name=f"touch {name}", pos=end, size=[TOUCHED_M, 0.0, 0.0])
     sense_sites(spec, names)
 
 

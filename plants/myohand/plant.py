@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.anthropometry import FINGERTIPS, HandSize
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
@@ -26,17 +26,18 @@ from plants.hand.contract import (
     HandValues,
     add_forearm_drive,
     advance_to,
+    contact_forces,
     evaluate,
     hand_inputs,
     hand_outputs,
-    object_outputs,
+    object_pose,
     parts_of_geoms,
     require_hand,
     sensed,
     stable_bounds,
     turn_forearm,
 )
-from plants.hand.model import TIPS, add_splint, add_springs, compiled
+from plants.hand.model import add_splint, add_springs, compiled
 from plants.hand.plant import settled
 from plants.hand.scene import GraspObject, Table, add_object, add_table, require_apart
 from plants.myohand.anatomy import JOINTS, activated_by
@@ -194,7 +195,7 @@ class MyoHand:
                 ("_activated", np.array([MUSCLES.index(name) for name in activated])),
                 ("_fibres", fibres_of(activated)),
                 ("_sites", np.array([model.site(f"imu {name}").id for name in tree.names])),
-                ("_tips", np.array([model.site(f"tip {name}").id for name in TIPS])),
+                ("_tips", np.array([model.site(f"tip {name}").id for name in FINGERTIPS])),
                 ("_parts", parts_of_geoms(model)),
                 ("_hold", hold),
                 ("_bounds", stable_bounds(model)),
@@ -250,8 +251,9 @@ class MyoHand:
         data = state.data
         fibres = self._fibres @ data.actuator_velocity[:self._activated.size]
         angles, rates, accelerations = self._joints.moved(data)
+        every, of_object = contact_forces(data, self._parts)
         values = HandValues(
             angles, rates, accelerations,
             *sensed(state.views, not self.forearm_moves, self._joints.segments, self._sites, self._tips),
-            velocity=fibres)
-        return values if self.object is None else (*values, *object_outputs(state, self._parts))
+            contact_force=every, velocity=fibres)
+        return values if self.object is None else (*values, *object_pose(state.views), of_object)

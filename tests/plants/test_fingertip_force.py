@@ -1,18 +1,21 @@
-"""Fingertip force sensors: each error against its parameter."""
+"""Force sensors on the hand: each error against its parameter."""
 
 import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fesloop.errors import InputError
+from fesloop.hand.anthropometry import FINGERTIPS, PARTS
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.signals import Sample
 from plants.fingertip_force import FingertipForce
 
 IDEAL = {"gain_sd": 0.0, "offset_sd": 0.0, "drift": 0.0, "noise_sd": 0.0, "resolution": 0.0}
-MANY = 60
+MANY = len(PARTS)
 
 
 def read(sensors, forces, ticks, seed=0, trial=0, period_ms=10):
@@ -33,17 +36,36 @@ def spread_is(values, sd):
     assert abs(values.mean()) < 4.0 * sd / math.sqrt(values.size)
 
 
-def test_an_ideal_sensor_reads_the_force():
-    sensors = FingertipForce(**IDEAL).resolve({"contact_force": (3,)})
-    samples, reports = read(sensors, np.array([0.0, 1.5, 20.0]), 2)
-    np.testing.assert_array_equal(samples, [[0.0, 1.5, 20.0]] * 2)
+def test_an_ideal_glove_reads_the_force_on_every_part():
+    forces = np.linspace(0.0, 20.0, len(PARTS))
+    samples, reports = read(FingertipForce(**IDEAL), forces, 2)
+    np.testing.assert_array_equal(samples, [forces] * 2)
     assert not reports
 
 
+@given(st.lists(st.sampled_from(PARTS), min_size=1, unique=True))
+@settings(deadline=None, max_examples=30)
+def test_sensors_feel_the_parts_that_they_are_on_and_no_others(places):
+    forces = np.arange(1.0, 17.0)
+    block = FingertipForce(**IDEAL, places=tuple(places))
+    samples, _ = read(block, forces, 1)
+    assert dict(zip(places, samples[0], strict=True)) == {place: 1.0 + PARTS.index(place) for place in places}
+    (port,) = block.outputs
+    assert port.row_names == tuple(places)
+    assert port.shape == samples[0].shape
+
+
+def test_below_its_threshold_a_sensor_shows_nothing():
+    sensors = FingertipForce(**IDEAL, places=FINGERTIPS, threshold_n=0.1)
+    forces = np.zeros(len(PARTS))
+    forces[[PARTS.index(place) for place in FINGERTIPS]] = 0.0, 0.05, 0.099, 0.1, 3.0
+    np.testing.assert_array_equal(read(sensors, forces, 1)[0], [[0.0, 0.0, 0.0, 0.1, 3.0]])
+
+
 def test_gain_and_offset_belong_to_the_sensors():
-    sensors = FingertipForce(**IDEAL | {"gain_sd": 0.05, "offset_sd": 0.1}, sensors=MANY, range_n=100.0)
+    sensors = FingertipForce(**IDEAL | {"gain_sd": 0.05, "offset_sd": 0.1}, range_n=100.0)
     both = [np.concatenate([read(sensors, np.full(MANY, force), 1, seed=seed, trial=seed % 2)[0][0]
-                            for seed in range(20)]) for force in (10.0, 20.0)]
+                            for seed in range(80)]) for force in (10.0, 20.0)]
     gain = (both[1] - both[0]) / 10.0
     spread_is(gain - 1.0, 0.05)
     spread_is(both[0] - 10.0 * gain, 0.1)
@@ -52,38 +74,35 @@ def test_gain_and_offset_belong_to_the_sensors():
 
 
 def test_noise_and_drift():
-    noisy = FingertipForce(**IDEAL | {"noise_sd": 0.03}, sensors=MANY)
+    noisy = FingertipForce(**IDEAL | {"noise_sd": 0.03})
     spread_is(read(noisy, np.full(MANY, 5.0), 100)[0] - 5.0, 0.03)
-    drifting = FingertipForce(**IDEAL | {"drift": 0.02}, sensors=MANY)
+    drifting = FingertipForce(**IDEAL | {"drift": 0.02})
     for period_ms in (10, 40):
         ticks = 4000 // period_ms + 1
         ends = np.concatenate([
             read(drifting, np.full(MANY, 5.0), ticks, trial=trial, period_ms=period_ms)[0][-1]
-            for trial in range(8)])
+            for trial in range(30)])
         spread_is(ends - 5.0, 0.04)
 
 
 def test_digits_and_the_ends_of_the_range():
-    sensors = FingertipForce(**IDEAL | {"resolution": 0.1}, sensors=2, range_n=5.0)
+    sensors = FingertipForce(**IDEAL | {"resolution": 0.1}, places=("F2m", "palm"), range_n=5.0)
 
     def forces(k):
-        return np.array([0.26, 7.0 if k in (2, 3) else 1.0])
+        on_parts = dict.fromkeys(PARTS, 0.0) | {"F2m": 0.26, "palm": 7.0 if k in (2, 3) else 1.0}
+        return np.array(list(on_parts.values()))
 
     samples, reports = read(sensors, forces, 6)
     np.testing.assert_allclose(samples[:, 0], 0.3)
     np.testing.assert_allclose(samples[:, 1], [1.0, 1.0, 5.0, 5.0, 1.0, 1.0])
-    assert reports == [(2, "saturated", "sensor 1")]
-    below = FingertipForce(**IDEAL | {"noise_sd": 0.1}, sensors=MANY)
+    assert reports == [(2, "saturated", "on palm")]
+    below = FingertipForce(**IDEAL | {"noise_sd": 0.1})
     assert read(below, np.zeros(MANY), 10)[0].min() == 0.0
 
 
-@pytest.mark.parametrize("wrong", [{"gain_sd": -0.1}, {"range_n": 0.0}, {"sensors": 61},
-                                   {"noise_sd": math.nan}])
+@pytest.mark.parametrize("wrong", [{"gain_sd": -0.1}, {"range_n": 0.0}, {"places": ()},
+                                   {"places": ("F1d", "F1d")}, {"places": ("F9",)}, {"noise_sd": math.nan},
+                                   {"threshold_n": 25.0}])
 def test_parameters_that_cannot_be_are_named(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
         FingertipForce(**wrong)
-
-
-def test_a_signal_that_is_no_vector_is_refused():
-    with pytest.raises(InputError, match=r"shape \(5, 3\)"):
-        FingertipForce().resolve({"contact_force": (5, 3)})

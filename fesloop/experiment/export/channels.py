@@ -39,14 +39,12 @@ def row_names(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _vector(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
-    """Names of the elements of a signal of shape (n,): freedoms, sums of them, muscles or fingers."""
+    """Names of the elements of a signal of shape (n,): freedoms, sums of them, or muscles."""
     rows = block.get("rows") or ()
     if signal.unit in _ANGULAR and len(rows) == signal.shape[0]:
         return tuple(str(row) for row in rows)
     if signal.port in _MUSCLE_PORTS and signal.shape == (len(MUSCLES),):
         return MUSCLES
-    if signal.port == "contact_force":
-        return FINGERS
     if signal.unit in _ANGULAR:
         return _tree(block).freedoms
     return ()

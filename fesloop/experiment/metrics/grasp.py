@@ -19,10 +19,8 @@ from fesloop.experiment.metrics.grasp_outcome import (
     Found,
     GraspScore,
     ObjectCourse,
-    by_digit,
     contact_s,
     find_outcome,
-    grip_force,
     needed_grip_n,
 )
 from fesloop.experiment.metrics.joints import held
@@ -31,6 +29,7 @@ from fesloop.experiment.metrics.stimulation import given_signal
 from fesloop.experiment.recording.reading import Recording, Signal, reached_ns
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
+from fesloop.hand.grip import by_digit, grip_force, places_of
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 
@@ -155,8 +154,9 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     the hold it stayed `within_mm` in the hand, to the end of the hold at most.
     With forces: grip_force_n, mean of the hold by digit and of the palm; time_to_grasp_s, from `starts_s`
     until the hand grips (0 where it did before): until two of thumb, fingers and palm press; of fingertips
-    alone, until thumb and fingers do, or where they never do and the object is held, until one side does, as
-    the other is then met by a part of the hand that has no sensor;
+    alone, until thumb and fingers do. Where they do not before the hold, and the object is held, until one
+    side presses, or else until anything does: the object rests on it, or it is opposed by a part of the hand
+    that has no sensor;
     grip_margin, mean grip force of the hold (`grip_force`) over `needed_grip_n`, where that
     is known; grip_force_rmse_n against `target_n`.
     With fingertips: aperture_mm at `starts_s` (opening), when the hand grips (contact), as the mean of the
@@ -300,9 +300,12 @@ def _contact_s(trial: _Trial) -> float:
         return math.nan
     times_s, forces = trial.whole(score.forces)
     both_s = contact_s(times_s, forces, score.starts_s, score.contact_n)
-    if math.isnan(both_s) and trial.found.word == "held":
-        return contact_s(times_s, forces, score.starts_s, score.contact_n, one_side=True)
-    return both_s
+    if trial.found.word != "held" or both_s <= score.from_s:
+        return both_s
+    # What is held without its table is pressed by something when the hold begins, however lightly.
+    found_s = (contact_s(times_s, forces, score.starts_s, limit_n, one_side=True)
+               for limit_n in (score.contact_n, 0.0))
+    return next((each_s for each_s in found_s if each_s <= score.from_s), both_s)
 
 
 def _needed_n(trial: _Trial) -> float:
@@ -315,7 +318,8 @@ def _needed_n(trial: _Trial) -> float:
 def _margin(trial: _Trial) -> float:
     """Ratio of the grip force of the hold to the least one; NaN if that is unknown."""
     assert trial.score.forces is not None
-    return float(grip_force(trial.hold(trial.score.forces)).mean()) / _needed_n(trial)
+    forces = trial.hold(trial.score.forces)
+    return float(grip_force(forces, places_of(forces)).mean()) / _needed_n(trial)
 
 
 def _forces(trial: _Trial) -> dict[str, Any]:
@@ -325,7 +329,8 @@ def _forces(trial: _Trial) -> dict[str, Any]:
         return {}
     forces = trial.hold(score.forces)
     metrics: dict[str, Any] = {
-        "grip_force_n": by_digit(forces),
+        "grip_force_n": {digit: float(force)
+                         for digit, force in by_digit(forces.mean(axis=0), places_of(forces)).items()},
         "time_to_grasp_s": _contact_s(trial) - score.starts_s}
     if not math.isnan(_needed_n(trial)):
         metrics["grip_margin"] = _margin(trial)
@@ -334,7 +339,7 @@ def _forces(trial: _Trial) -> dict[str, Any]:
         times_s, every = trial.whole(score.forces)
         inside = (times_s >= score.from_s) & (times_s <= score.until_s)
         target = held((signal.times_ns, np.asarray(signal.values)), _ns(times_s[inside]))
-        errors = grip_force(every[inside]) - target
+        errors = grip_force(every[inside], places_of(every)) - target
         metrics["grip_force_rmse_n"] = math.nan if np.isnan(forces).any() else rms_known(errors)
     return metrics
 
@@ -397,8 +402,8 @@ def _effort(trial: _Trial) -> dict[str, Any]:
 def _known_margin(trial: _Trial) -> float:
     """Grip margin that predicts the failure of grasps.
 
-    NaN where the object is held by less grip force than is needed: then the fingertips do not carry it alone,
-    and the load on the palm and the other phalanges is not measured.
+    NaN where the object is held by less grip force than is needed: then it rests on the hand in part, or
+    parts carry it whose load is not measured.
     """
     margin = _margin(trial)
     return math.nan if trial.found.word == "incomplete" or margin < 1.0 else margin

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS, PARTS, HandSize
+from fesloop.hand.grip import places_of, sides
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
@@ -23,49 +24,17 @@ LASTING_S = 0.1
 """Least duration, s, of a contact that counts (chosen: a passing touch is shorter)."""
 
 
-def grip_force(forces: Array) -> Array:
-    """Grip force (n,), N: friction carries 2 friction grip_force, at least.
-
-    Of normal forces (n, 16) between an object and each of `PARTS`, N, it is half of their sum: the force of
-    each side in a grip between two. Of those on the fingertips alone, (n, 5), it is the thumb's, or that of
-    all fingers if greater: on an object at rest what presses from one side is met from the other, by
-    fingertips or by parts of the hand that no sensor is on.
-    """
-    if forces.shape[-1] == len(PARTS):
-        return np.asarray(0.5 * forces.sum(axis=-1))
-    return np.asarray(np.maximum(forces[..., 0], forces[..., 1:].sum(axis=-1)))
-
-
-def sides(forces: Array) -> Array:
-    """Normal forces (n, s), N, of the sides that can oppose each other: thumb, fingers, and palm if known."""
-    if forces.shape[-1] == len(PARTS):
-        thumb, fingers = ([part for part, name in enumerate(PARTS) if name.startswith("F1") is first
-                           and name != "palm"] for first in (True, False))
-        return np.stack([forces[:, thumb].sum(axis=1), forces[:, fingers].sum(axis=1),
-                         forces[:, PARTS.index("palm")]], axis=1)
-    return np.stack([forces[:, 0], forces[:, 1:].sum(axis=1)], axis=1)
-
-
 def contact_s(times_s: Array, forces: Array, starts_s: float, contact_n: float, *,
               one_side: bool = False) -> float:
     """First instant from `starts_s` on at which two sides of the hand hold something between them.
 
     Each presses by more than `contact_n`, and keeps pressing for `LASTING_S`; NaN if there is none.
-    `one_side`: whether one side alone will do. `forces`: (n, 5) or (n, 16), N, as in `grip_force`.
+    `one_side`: whether one side alone will do. `forces`: (n, 5) or (n, 16), N, on `places_of` them.
     """
-    pressing = (sides(forces) > contact_n).sum(axis=1)
+    pressing = (sides(forces, places_of(forces)) > contact_n).sum(axis=1)
     touching = (pressing >= (1 if one_side else 2)) & (times_s >= starts_s)
     first = first_lasting(times_s, touching)
     return math.nan if first is None else float(times_s[first])
-
-
-def by_digit(forces: Array) -> dict[str, float]:
-    """Mean forces, N, over the rows of (n, 5) or (n, 16): of each digit and, if known, of the palm."""
-    means = forces.mean(axis=0)
-    if means.size != len(PARTS):
-        return dict(zip(FINGERS, means.tolist(), strict=True))
-    return {digit: float(means[[name.startswith(digit) for name in PARTS]].sum())
-            for digit in (*FINGERS, "palm")}
 
 
 def first_lasting(times_s: Array, flags: NDArray[np.bool_]) -> int | None:

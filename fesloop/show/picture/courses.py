@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import FINGERS
+from fesloop.hand.grip import by_digit, places_of
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
@@ -137,12 +138,13 @@ def _most_active(axes: Axes, seconds: Array, values: Array) -> None:
 
 
 def _contact(axes: Axes, seconds: Array, values: Array) -> None:
-    """Force on each fingertip."""
-    for finger, colour, force in zip(FINGERS, FINGER_COLOURS, values.T, strict=True):
-        axes.plot(seconds, force, color=colour, linewidth=1.2, label=finger)
-    tidy(axes, y="N", title="contact force at the fingertips")
+    """Force on each digit and on the palm."""
+    colours = dict(zip((*FINGERS, "palm"), (*FINGER_COLOURS, VERMILION), strict=True))
+    for name, force in by_digit(values, places_of(values)).items():
+        axes.plot(seconds, force, color=colours[name], linewidth=1.2, label=name)
+    tidy(axes, y="N", title="contact force on digits and palm")
     axes.set_ylim(bottom=0.0)
-    _key(axes, 5)
+    _key(axes, 6)
 
 
 def draw_height(axes: Axes, seconds: Array, values: Array) -> None:

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.grip import Contact, ForceLoop, GripForce, Slip, grip_of
+from controllers.grip import Contact, ForceLoop, GripForce, Slip
 from fesloop.errors import InputError
+from fesloop.hand.anthropometry import FINGERTIPS
+from fesloop.hand.grip import grip_force
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
@@ -27,7 +29,7 @@ def sample(value, time_ns):
 
 
 def block(**changes):
-    return GripForce(**{"channels": 3, "fingertips": 5, "closing": (0, 1), "target_n": 4.0} | changes)
+    return GripForce(**{"channels": 3, "places": FINGERTIPS, "closing": (0, 1), "target_n": 4.0} | changes)
 
 
 def fingertips(grip_n):
@@ -132,8 +134,8 @@ def test_hand_over_is_without_a_jump_and_others_are_left_alone():
 
 
 def test_wanted_force_is_that_of_the_weight_or_of_a_wire():
-    assert grip_of(fingertips(2.0), 0) == 2.0
-    assert grip_of(np.array([0.5, 1.0, 1.0, 0.5, 0.0]), 0) == 2.5
+    assert grip_force(fingertips(2.0), FINGERTIPS) == 2.0
+    assert grip_force(np.array([0.5, 1.0, 1.0, 0.5, 0.0]), FINGERTIPS) == 2.5
     feed = Feed(block(target_n=None, mass_kg=0.3, friction=0.6, margin=1.4))
     for _ in range(200):
         wanted = feed.step(fingertips(3.0))[2]
@@ -173,6 +175,21 @@ def test_letting_go_is_not_opposed():
     assert feed.statuses == ["contact", "contact_lost"]
     assert (wanted, scale) == (0.0, 1.0)
     np.testing.assert_array_equal(pulses, BASE)
+
+
+def test_posture_control_that_gives_less_while_the_hand_closes_does_not_release():
+    """As learnt drives do that overshoot as the fingers arrive: the force is controlled all the same."""
+    feed = Feed(block())
+    for _ in range(10):
+        feed.step(fingertips(1.0))
+    for _ in range(60):
+        pulses, _, wanted, scale = feed.step(fingertips(1.0), BASE * (1.0, 0.75))
+    assert wanted == 4.0
+    assert scale == 2.0
+    np.testing.assert_allclose(pulses[:2, 1], np.minimum(2.0 * 0.75 * BASE[:2, 1], 500e-6))
+    for share in np.linspace(0.6, 0.0, 20):
+        before, scale = scale, feed.step(fingertips(1.0), BASE * (1.0, share))[3]
+        assert scale <= before + 1e-12
 
 
 @pytest.mark.parametrize(("how", "status"), [
@@ -239,7 +256,7 @@ def test_saved_and_restored_it_goes_on_bit_for_bit():
 
 @pytest.mark.parametrize(("make", "where"), [
     (lambda: block(closing=(0, 0)), "closing"), (lambda: block(closing=(3,)), "closing"),
-    (lambda: block(thumb=5), "thumb"), (lambda: block(mass_kg=0.2), "target_n"),
+    (lambda: block(places=("F9",)), "places"), (lambda: block(mass_kg=0.2), "target_n"),
     (lambda: block(margin=0.0), "margin"), (lambda: block(target_n=math.inf), "target_n"),
     (lambda: ForceLoop(scale_min=1.2), "loop.scale_max"), (lambda: ForceLoop(exponent=0.0), "loop.exponent"),
     (lambda: Contact(force_n=0.0), "contact.force_n"), (lambda: Slip(raise_by=0.9), "slip.raise_by"),

@@ -187,7 +187,8 @@ def test_channels_that_grasp_do_not_lift_a_wrist(told):
 
 
 @pytest.mark.parametrize(("where", "value"), [
-    ("grasping_channels", (8,)), ("grasping_outputs", (3,)), ("fingertips", 0), ("touching_s", 0.0)])
+    ("grasping_channels", (8,)), ("grasping_outputs", (3,)), ("contact_places", ("F9",)),
+    ("touching_s", 0.0)])
 def test_contact_that_cannot_be_is_named(told, where, value):
     with pytest.raises(InputError) as fault:
         controller(told, **{where: value})

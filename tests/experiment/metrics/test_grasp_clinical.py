@@ -21,10 +21,10 @@ from fesloop.experiment.metrics.grasp_outcome import (
     FREEDOMS,
     GraspScore,
     contact_s,
-    grip_force,
     needed_grip_n,
 )
-from fesloop.hand.anthropometry import PARTS
+from fesloop.hand.anthropometry import FINGERTIPS, PARTS
+from fesloop.hand.grip import grip_force
 from fesloop.hand.movements import muscle
 
 TIMES_NS = np.arange(0, 1000) * 10_000_000
@@ -87,15 +87,16 @@ def test_grip_of_two_opposing_sides_is_the_force_of_each(newton):
     forces = np.array([newton])
     total = forces[0, 1:].sum()
     forces[0, 0] = total  # the palm meets what all digits press with
-    assert grip_force(forces)[0] == pytest.approx(total)
+    assert grip_force(forces, PARTS)[0] == pytest.approx(total)
 
 
 def test_margin_is_grip_over_what_friction_needs():
     needed = needed_grip_n(CYLINDER)
     assert needed == pytest.approx(0.2 * 9.80665 / 1.6)
     forces = np.tile([needed, 0.0, needed / 2, needed / 2, 0.0], (1000, 1))
-    assert grip_force(forces) == pytest.approx(np.full(1000, needed))
-    assert grip_force(np.array([[1.0, 0.5, 0.5, 0.5, 0.5], [3.0, 0.1, 0.0, 0.2, 0.0]])).tolist() == [2.0, 3.0]
+    assert grip_force(forces, FINGERTIPS) == pytest.approx(np.full(1000, needed))
+    pinches = np.array([[1.0, 0.5, 0.5, 0.5, 0.5], [3.0, 0.1, 0.0, 0.2, 0.0]])
+    assert grip_force(pinches, FINGERTIPS).tolist() == [2.0, 3.0]
     of_object = grasp_metrics(recording({"hand": CYLINDER}, hand__forces=3.0 * forces),
                               score(forces="hand.forces"))
     assert of_object["grip_margin"] == pytest.approx([3.0])

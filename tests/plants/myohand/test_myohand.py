@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from fesloop.errors import InputError, RunError
 from fesloop.hand import quaternion
-from fesloop.hand.anthropometry import PARTS, HandSize
+from fesloop.hand.anthropometry import FINGERTIPS, PARTS, HandSize
 from fesloop.hand.kinematics import joint_angles, placed, relative_of_segments
 from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
@@ -173,18 +173,19 @@ def test_any_activation_leaves_it_a_hand_in_steps_of_a_millisecond(strength, lev
         assert np.isfinite(seen["force"]).all()
 
 
-def test_fingertips_feel_what_they_press():
+def test_parts_of_the_hand_feel_what_they_press():
     plant = MyoHand(**BALL)
     state, seen = run(plant, active(FDP2=0.2, FDP3=0.2, FDP4=0.2, FPL=0.2, THENAR=0.5), 0.4)
-    tips = np.zeros(5)
+    parts = np.zeros(len(PARTS))
     for i, contact in enumerate(state.data.contact):
         force = np.zeros(6)
         mujoco.mj_contactForce(plant.model, state.data, i, force)
-        names = [plant.model.geom(geom).name for geom in contact.geom]
-        for finger in range(5):
-            tips[finger] += force[0] * (f"F{finger + 1}d" in names)
-    assert tips.max() > 0.2
-    assert np.allclose(seen["contact"], tips, rtol=0, atol=1e-9)
+        for geom in contact.geom:
+            name = plant.model.geom(geom).name
+            if name not in ("object", "table"):
+                parts[PARTS.index(name if name in PARTS else "palm")] += force[0]
+    assert max(parts[PARTS.index(tip)] for tip in FINGERTIPS) > 0.2
+    assert np.allclose(seen["contact"], parts, rtol=0, atol=1e-9)
 
 
 def test_a_posture_is_taken_as_near_as_its_joints_come():

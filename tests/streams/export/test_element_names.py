@@ -23,7 +23,6 @@ CHAIN = {"segments": [{"name": "radius", "joint": "fixed", "base": [0.0, 0.0, 0.
     ("synergies", "rad", (2,), {"rows": ["wrist_extension", "finger_flexion"]},
      ("wrist_extension", "finger_flexion")),
     ("activation", "1", (29,), {}, MUSCLES),
-    ("contact_force", "N", (5,), {}, ("F1", "F2", "F3", "F4", "F5")),
     ("fingertips", "m", (5, 3), {"hand": {}}, ("F1", "F2", "F3", "F4", "F5")),
     ("fingertips", "m", (1, 3), CHAIN, ("0",)),
     ("orientation", "1", (17, 4), {"hand": {}}, HAND.names),
