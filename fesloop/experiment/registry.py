@@ -44,6 +44,9 @@ class Patient(Protocol):
     def on_day(self, number: int) -> Patient:
         """The same patient on another day."""
 
+    def with_error_scale(self, scale: float) -> Patient:
+        """The same patient with errors of what a tracker knows and senses times `scale`."""
+
     def table(self) -> dict[str, Any]:
         """Plain tables of the patient, from which `from_table` makes the same one."""
 

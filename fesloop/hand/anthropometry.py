@@ -56,8 +56,8 @@ _SEGMENT_MM = (5.0, 120.0)
 _FOREARM_MM = (100.0, 400.0)
 _TIP_MM = (3.0, 40.0)
 _WIDTH_MM = (40.0, 140.0)
-_SHIFT_MM = (-20.0, 20.0)
-_TILT_DEG = (-45.0, 45.0)
+SHIFT_MM, TILT_DEG = (-20.0, 20.0), (-45.0, 45.0)
+"""Ranges of components of `HandSize.joints_mm` and `axes_deg`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +108,7 @@ class HandSize:
                 ("palm_mm", (), _SEGMENT_MM), ("fingers_mm", (5,), (20.0, 200.0)),
                 ("segments_mm", (5, 3), _SEGMENT_MM), ("forearm_mm", (), _FOREARM_MM),
                 ("tip_thickness_mm", (5,), _TIP_MM), ("tip_width_mm", (5,), _TIP_MM),
-                ("width_mm", (), _WIDTH_MM), ("joints_mm", (5, 3), _SHIFT_MM)):
+                ("width_mm", (), _WIDTH_MM), ("joints_mm", (5, 3), SHIFT_MM)):
             value = getattr(self, key)
             if value is not None:
                 _require(key, value, shape, limits)
@@ -116,7 +116,7 @@ class HandSize:
             if name not in JOINTED:
                 raise InputError(f"hand.axes_deg.{name}", "is not moved by a joint", ", ".join(JOINTED),
                                  did_you_mean(name, JOINTED))
-            _require(f"axes_deg.{name}", tilt, (3,), _TILT_DEG, "deg")
+            _require(f"axes_deg.{name}", tilt, (3,), TILT_DEG, "deg")
 
     @property
     def outwards(self) -> float:

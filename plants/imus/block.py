@@ -418,6 +418,8 @@ class Imus:
     mounting_deg: rotation of single sensors, by site, in place of these: a rotation vector about x, y and z
         of the segment.
     soft_tissue: tissue between bone and sensor; None: rigid.
+    error_scale: factor on all of these errors: mounting, soft tissue, iron by the sensor and the triads', but
+        for range and digits.
     loss: long-run fraction of samples of each sensor that is lost.
     burst_samples: mean length of a gap; 0: samples are lost independently.
     magnetic_field: magnetic field; its carried dipoles move with sites.
@@ -440,6 +442,7 @@ class Imus:
     mounting_angle_deg: tuple[float, float] | None = None
     mounting_deg: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     soft_tissue: SoftTissue | None = None
+    error_scale: float = 1.0
     loss: float = 0.0
     burst_samples: float = 0.0
     magnetic_field: MagneticField = _EARTH
@@ -458,7 +461,8 @@ class Imus:
         if not self.measures or sorted(self.measures) != sorted(set(KINDS) & set(self.measures)):
             raise InputError("imus.measures", f"{self.measures}", "one or more of " + ", ".join(KINDS))
         self._take_preset()
-        require_not_negative("imus", self, "soft_iron", "mounting_sd_deg", "burst_samples", "channels")
+        require_not_negative("imus", self, "soft_iron", "mounting_sd_deg", "error_scale", "burst_samples",
+                             "channels")
         self._require_mounting()
         self._require_loss()
         object.__setattr__(self, "_sites", tuple(self._number("sites", site) for site in self.sites))
@@ -565,13 +569,15 @@ class Imus:
 
     def _sensors(self, device: Device, kinds: Sequence[str], trial: int) -> Sensors:
         rows, every = np.array(self._sites), len(self.site_names)
-        errors = (self.gyroscope, self.accelerometer, self.magnetometer)
+        size = self.error_scale
+        errors = [each.scaled(size) for each in (self.gyroscope, self.accelerometer, self.magnetometer)]
         assert self.soft_iron is not None
         assert self.mounting_angle_deg is not None
-        mounting = device.mountings(self.mounting_sd_deg, self.mounting_angle_deg)
+        smallest, largest = self.mounting_angle_deg
+        mounting = device.mountings(size * self.mounting_sd_deg, (size * smallest, size * largest))
         for site, turn in self.mounting_deg.items():
-            mounting[self.site_names.index(site)] = rotations(np.radians([turn]))[0]
-        triads = [device.triads(kind, each, self.soft_iron if kind == "mag" else 0.0)
+            mounting[self.site_names.index(site)] = rotations(size * np.radians([turn]))[0]
+        triads = [device.triads(kind, each, size * self.soft_iron if kind == "mag" else 0.0)
                   for kind, each in zip(KINDS, errors, strict=True)]
         present = np.ones((3, rows.size), dtype=np.bool_)
         present[MAG] = np.isin(rows, self._mag_sites)
@@ -591,7 +597,7 @@ class Imus:
             columns=noise_columns(sizes, [KINDS.index(kind) for kind in kinds], rows.size),
             spikes=of_worn(artefacts.directed(device.seed, device.name, every)) * bool(self.artefacts),
             axes=of_worn(axes(device.seed, device.name, every)),
-            tissue=self.soft_tissue.coefficients() if self.soft_tissue else NO_TISSUE,
+            tissue=self.soft_tissue.scaled(size).coefficients() if self.soft_tissue and size else NO_TISSUE,
             tremor=tremor.size(), components=components if self.tremor else np.empty((3, 0)),
             losing=np.array([begins, stays]))
 

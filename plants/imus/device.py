@@ -61,6 +61,11 @@ class TriadErrors:
         given = {name: getattr(self, name) for name in NUMBERS if getattr(self, name) is not None}
         return replace(preset, **given)
 
+    def scaled(self, size: float) -> TriadErrors:
+        """A copy with all errors times `size`; range and digits are none."""
+        return replace(self, **{name: size * getattr(self, name) for name in (
+            "noise_sd", "bias_sd", "instability_sd", "walk", "scale_sd", "axes_deg", "turn_deg")})
+
     def numbers(self) -> Array:
         """All values in the order of `NUMBERS`, (10,)."""
         return np.array([getattr(self, name) for name in NUMBERS], dtype=np.float64)

@@ -8,7 +8,7 @@ moment (3,), A m^2, radius, m.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -201,6 +201,10 @@ class SoftTissue:
             raise InputError("soft_tissue.damping", f"{self.damping}", "above 0 and below 1")
         if abs(math.hypot(*self.outwards) - 1.0) > 1e-6:
             raise InputError("soft_tissue.outwards", f"{self.outwards}", "a vector of length 1")
+
+    def scaled(self, size: float) -> SoftTissue:
+        """Tissue under which sensors rotate `size` times as far."""
+        return replace(self, share=size * self.share, sag_deg=size * self.sag_deg)
 
     def coefficients(self) -> Tissue:
         """Coefficients for the kernels."""

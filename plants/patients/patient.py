@@ -13,7 +13,15 @@ from scipy.special import ndtr, ndtri
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.forms.schema import plain
-from fesloop.hand.anthropometry import BONES, FINGERS, JOINTED, WIDTH_RATIO, HandSize
+from fesloop.hand.anthropometry import (
+    BONES,
+    FINGERS,
+    JOINTED,
+    SHIFT_MM,
+    TILT_DEG,
+    WIDTH_RATIO,
+    HandSize,
+)
 from fesloop.hand.movements import EXTRINSIC, FREEDOMS, MUSCLES
 from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.loop.noise import NoiseStream, stream_key
@@ -41,6 +49,7 @@ from plants.patients.sections import (
     Tremor,
     Triple,
     Voluntary,
+    triples,
 )
 
 ADULT_FOREARM_MM = 260.0
@@ -132,7 +141,32 @@ def sensors(patient: Patient) -> dict[str, Any]:
     if placed.sag_deg is not None:
         parameters["soft_tissue"] = {"sag_deg": placed.sag_deg,
                                      "outwards": (patient.hand_size.outwards, 0.0, 0.0)}
+    if patient.calibration.error_scale != 1.0:
+        parameters["error_scale"] = patient.calibration.error_scale
     return parameters
+
+
+def misjudged(hand: HandSize, measured: HandSize, scale: float) -> HandSize:
+    """A hand that differs from `hand` by `scale` times as much as `measured` does.
+
+    Displacements and tilts are limited to what `HandSize` takes: 20 mm and 45 deg a component.
+    """
+    def moved(exact: Any, told: Any) -> Any:
+        return exact + scale * (np.asarray(told) - exact)
+
+    def width_mm(size: HandSize) -> float:
+        return WIDTH_RATIO * size.hand_mm if size.width_mm is None else size.width_mm
+
+    none = np.zeros((5, 3))
+    joints = np.clip(moved(none if hand.joints_mm is None else np.array(hand.joints_mm), none), *SHIFT_MM)
+    tilts = {name: np.clip(moved(np.array(tilt), np.zeros(3)), *TILT_DEG)
+             for name, tilt in hand.axes_deg.items()}
+    return replace(
+        measured, hand_mm=float(moved(hand.hand_mm, measured.hand_mm)),
+        width_mm=float(moved(width_mm(hand), width_mm(measured))),
+        forearm_mm=1e3 * float(moved(hand.forearm, measured.forearm)),
+        segments_mm=triples(1e3 * moved(hand.segments, measured.segments)), joints_mm=triples(joints),
+        axes_deg=dict(zip(tilts, triples(list(tilts.values())), strict=True)))
 
 
 def skin_gains(patient: Patient, elements: int) -> tuple[float, ...]:
@@ -154,7 +188,9 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
         if kind == "myohand":
             del parameters["hand"]  # MyoHand has its own size
         if own.get("assist"):
-            parameters["assist"] = {"error_deg": dict(patient.calibration.pose_error_deg)}
+            scale = patient.calibration.error_scale
+            parameters["assist"] = {"error_deg": {
+                name: scale * error for name, error in patient.calibration.pose_error_deg.items()}}
         return _plain(parameters)
     if kind == "muscles":
         model = own.get("model")
@@ -454,8 +490,8 @@ def _measured(calibration: Calibration, spread: DaySpread, draws: Draws) -> Cali
     if spread.pose_deg:
         errors = {freedom: draws.near(f"pose {freedom}", errors.get(freedom, 0.0), spread.pose_deg,
                                       limits["pose_error_deg"]) for freedom in FREEDOMS}
-    return Calibration(
-        pose_error_deg=errors,
+    return replace(
+        calibration, pose_error_deg=errors,
         hand_error_mm=draws.near("ruler hand", calibration.hand_error_mm, spread.ruler_mm,
                                  limits["hand_error_mm"]),
         width_error_mm=draws.near("ruler width", calibration.width_error_mm, spread.ruler_mm,
@@ -516,11 +552,22 @@ class Patient:
 
     @property
     def measured_hand(self) -> HandSize:
-        """The hand as a clinician measures it, for trackers and controllers: side, length and width."""
+        """The hand as a clinician measures it, for trackers and controllers: side, length and width.
+
+        With an `error_scale` of other than 1, its difference from the hand itself is so many times as large.
+        """
         measures, hand, errors = self.anthropometry.size, self.hand_size, self.calibration
         length = measures.hand_mm * (hand.reach / measures.reach) + errors.hand_error_mm
         width = None if hand.width_mm is None else hand.width_mm + errors.width_error_mm
-        return replace(measures, hand_mm=length, width_mm=width)
+        measured = replace(measures, hand_mm=length, width_mm=width)
+        return measured if errors.error_scale == 1.0 else misjudged(hand, measured, errors.error_scale)
+
+    def with_error_scale(self, scale: float) -> Patient:
+        """The same person and day with other errors of what a tracker knows and senses.
+
+        Muscles, nerves, electrodes and the hand itself do not change. Raises InputErrors outside 0 to 4.
+        """
+        return replace(self, calibration=replace(self.calibration, error_scale=scale))
 
     def hand(self) -> dict[str, Any]:
         """Parameters of the `hand` and the `myohand` plant."""

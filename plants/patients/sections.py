@@ -49,7 +49,7 @@ LIMITS: dict[str, dict[str, Limits]] = {
                 "width_mm": (50.0, 130.0), "motor_points": (-60.0, 60.0)},
     "sensors": {"mounting_deg": (-45.0, 45.0), "sag_deg": (0.0, 20.0)},
     "calibration": {"pose_error_deg": (-60.0, 60.0), "hand_error_mm": (-20.0, 20.0),
-                    "width_error_mm": (-20.0, 20.0)},
+                    "width_error_mm": (-20.0, 20.0), "error_scale": (0.0, 4.0)},
     # Stimulators give 126 mA, 126 mA x 500 us = 63 uC, and 50 of them a second.
     "tolerance": {"current_max_ma": (1.0, 126.0), "charge_max_uc": (0.1, 63.0),
                   "charge_per_s_max_uc": (0.1, 3150.0)},
@@ -170,11 +170,12 @@ class Anatomy:
         shifts = tuple(self.joints_mm.get(digit, (0.0, 0.0, 0.0)) for digit in FINGERS)
         return replace(
             measures, axes_deg=dict(self.axes_deg), width_mm=self.width_mm,
-            segments_mm=_rows(1e3 * scales * measures.segments) if self.lengths else measures.segments_mm,
+            segments_mm=triples(1e3 * scales * measures.segments) if self.lengths else measures.segments_mm,
             joints_mm=cast("Any", shifts) if self.joints_mm else measures.joints_mm)
 
 
-def _rows(table: Any) -> Any:
+def triples(table: Any) -> Any:
+    """Rows of numbers as tuples."""
     return tuple(tuple(float(each) for each in row) for row in table)
 
 
@@ -210,11 +211,14 @@ class Calibration:
     ----------
     pose_error_deg: difference of the pose that is held from the standard pose, by freedom.
     hand_error_mm, width_error_mm: errors of the ruler.
+    error_scale: factor on all errors of a tracker's knowledge and of its sensors: these, those of [sensors]
+        and of the inertial sensors themselves, and the difference between the hand and the measured one.
     """
 
     pose_error_deg: dict[str, float] = field(default_factory=dict)
     hand_error_mm: float = 0.0
     width_error_mm: float = 0.0
+    error_scale: float = 1.0
 
     def __post_init__(self) -> None:
         _require_names("calibration.pose_error_deg", self.pose_error_deg, FREEDOMS)

@@ -27,9 +27,12 @@ from fesloop.models.patient_model import (
 
 CHOICE = closed("PatientChoice", {
     "file": Required[str], "cohort": NotRequired[int], "member": NotRequired[int], "day": NotRequired[int],
-    "drawn": NotRequired[dict[str, Any]]})
+    "error_scale": NotRequired[float], "drawn": NotRequired[dict[str, Any]]})
 """The table [patient]: a preset's name or a file's path; number of the member and of the cohort (0), and the
-day; and `drawn`, the resulting patient, which a recording keeps in place of the file."""
+day; a factor on the errors of what a tracker knows and senses (1); and `drawn`, the resulting patient, which
+a recording keeps in place of the file."""
+_OCCASION = ("day", "error_scale")
+"""Keys that leave the patient who they are."""
 
 
 def drawn_patient(choice: Mapping[str, Any]) -> Patient:
@@ -41,7 +44,9 @@ def drawn_patient(choice: Mapping[str, Any]) -> Patient:
     patient = registry.patient_reader().load(choice["file"])
     if "member" in choice:
         patient = patient.member(cohort=choice.get("cohort", 0), number=choice["member"])
-    return patient.on_day(choice["day"]) if "day" in choice else patient
+    if "day" in choice:
+        patient = patient.on_day(choice["day"])
+    return patient.with_error_scale(choice["error_scale"]) if "error_scale" in choice else patient
 
 
 def patient_of(document: Mapping[str, Any], faults: Sequence[InputError]
@@ -110,19 +115,23 @@ def _merged(added: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
 def patient_fingerprint(choice: Mapping[str, Any]) -> str:
     """SHA-256 of the patient of a table [patient], whatever the day, as hexadecimal text.
 
-    "" where that is not known: for a patient who was sampled for a day, and whose file now gives another.
+    "" where that is not known: for a patient who was sampled for a day, or has an error scale, and whose
+    file now gives another.
     """
     table = choice.get("drawn")
     try:
-        if table is None or "day" in choice:
-            whose = {key: choice[key] for key in ("file", "cohort", "member", "day") if key in choice}
+        if table is None or any(key in choice for key in _OCCASION):
+            whose = {key: choice[key] for key in ("file", "cohort", "member", *_OCCASION) if key in choice}
             if table is not None and _text(drawn_patient(whose).table()) != _text(table):
                 return ""
-            whose.pop("day", None)
-            table = drawn_patient(whose).table()
+            table = drawn_patient(_without_occasion(whose)).table()
     except (InputError, InputErrors):
         return ""
     return hashlib.sha256(_text(table).encode()).hexdigest()
+
+
+def _without_occasion(choice: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in choice.items() if key not in _OCCASION}
 
 
 def _text(table: Mapping[str, Any]) -> str:
@@ -135,7 +144,9 @@ def describe(choice: Mapping[str, Any]) -> str:
     text = str(choice["file"])
     if "member" in choice:
         text += f", member {choice['member']} of cohort {choice.get('cohort', 0)}"
-    return f"{text}, day {choice['day']}" if "day" in choice else text
+    if "day" in choice:
+        text += f", day {choice['day']}"
+    return f"{text}, errors x {choice['error_scale']:g}" if "error_scale" in choice else text
 
 
 def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool = True) -> dict[str, Any]:
@@ -215,7 +226,7 @@ def _made_for(table: Mapping[str, Any], document: Mapping[str, Any], model: Pati
     """Properties of the experiment that a model is made for, as far as they are given."""
     choice, blocks = document.get("patient"), document["blocks"]
     properties: dict[str, Any] = {
-        "patient": describe({key: item for key, item in choice.items() if key != "day"}) if choice else ""}
+        "patient": describe(_without_occasion(choice)) if choice else ""}
     if choice and model.patient_fingerprint:
         properties["patient_fingerprint"] = patient_fingerprint(choice)
     for other in blocks.values():
