@@ -81,6 +81,17 @@ def test_a_cylinder_between_fingers_and_palm_is_gripped():
     assert math.isnan(contact_s(TIMES_S, on_parts(F2m=3.0, F3d=3.0), 1.0, 0.5))
 
 
+@pytest.mark.parametrize("forces", [
+    {"palm": np.where(TIMES_S >= 2.5, 0.3, 0.0)}, {"palm": np.where(TIMES_S >= 2.5, 2.0, 0.0)},
+    {"palm": np.where(TIMES_S >= 2.5, 2.0, 0.0), "F3m": np.where(TIMES_S >= 5.0, 2.0, 0.0)}])
+def test_a_held_object_was_grasped_when_it_was_first_pressed(forces):
+    """However lightly, or from one side until after the hold (from 4 s) has begun."""
+    metrics = grasp_metrics(recording({"hand": CYLINDER}, hand__forces=on_parts(**forces)),
+                            score(forces="hand.forces"))
+    assert metrics["held"] == [True]
+    assert metrics["time_to_grasp_s"] == pytest.approx([1.5])
+
+
 @given(st.lists(st.floats(0.0, 20.0), min_size=16, max_size=16))
 def test_grip_of_two_opposing_sides_is_the_force_of_each(newton):
     """What one side presses with is met from the other, so half of the sum is the force of a side."""
