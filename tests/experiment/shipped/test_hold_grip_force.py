@@ -28,8 +28,8 @@ def test_controlled_force_stays_and_force_set_once_fades(controlled, once):
     assert controlled["held"] == once["held"] == [True]
     grip_n = 0.5 * sum(values[0] for values in controlled["grip_force_n"].values())
     assert controlled["grip_force_rmse_n"][0] < 0.1 * grip_n
-    assert once["grip_force_rmse_n"][0] > 2.0 * controlled["grip_force_rmse_n"][0]
-    assert controlled["grip_margin"][0] > 1.3 * once["grip_margin"][0]
+    assert once["grip_force_rmse_n"][0] > 1.3 * controlled["grip_force_rmse_n"][0]
+    assert controlled["grip_margin"][0] > once["grip_margin"][0]
     assert controlled["charge_uc"][0] > once["charge_uc"][0]
 
 
