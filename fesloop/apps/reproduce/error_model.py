@@ -82,7 +82,9 @@ MOUNTED_DEG = 7.6
 STATED = {"length": 0.03, "joint_mm": 3.0, "axis_deg": MOUNTED_DEG, "sag_deg": 1.5, "pose_deg": 0.0}
 """Error sizes that doi 10.3390/s19010208, section 5, states: lengths a few per cent, axes 5 to 10 deg;
 joints on the palm and sag are chosen."""
-FROZEN: dict[str, str] = {"salchow2019": "", "kortier2014": ""}
+UNFITTED: dict[str, tuple[int, ...]] = {"salchow2019": (), "kortier2014": (2, 4, 5, 6, 7)}
+"""Positions of the seeds of subjects whose figures are not fitted: they are others in each virtual paper."""
+FROZEN: dict[str, str] = {"salchow2019": "0f268e5b", "kortier2014": ""}
 """Commit of the posterior of each paper, before which nothing of the predicted half was simulated."""
 PIECES = 3
 """Pieces of iron in a room (chosen: frame and legs of a table, a computer)."""
@@ -110,14 +112,21 @@ def posterior(paper: str, papers: int) -> list[VirtualPaper]:
 
     `fesloop.apps.reproduce.fit_error_model` made it, in published/PAPER_posterior.json. It is the half of the
     particles that is nearest to the fitted figures, in a random order; equal particles count as often as they
-    occur.
+    occur. Subjects without fitted figures are sampled anew.
     """
     text = files(__package__).joinpath("published", f"{paper}_posterior.json").read_text()
     every = json.loads(text)["particles"]
     particles = every[:len(every) // 2]
-    order = np.random.default_rng(len(particles)).permutation(len(particles))
-    chosen = [particles[order[number % len(order)]] for number in range(papers)]
-    return [VirtualPaper(theta_at(paper, np.array(each["shares"])), tuple(each["seeds"])) for each in chosen]
+    rng = np.random.default_rng(len(particles))
+    order = rng.permutation(len(particles))
+    found = []
+    for number in range(papers):
+        chosen = particles[order[number % len(order)]]
+        seeds = list(chosen["seeds"])
+        for place in UNFITTED[paper]:
+            seeds[place] = int(rng.integers(2**31 - 1))
+        found.append(VirtualPaper(theta_at(paper, np.array(chosen["shares"])), tuple(seeds)))
+    return found
 
 
 def simulated(
