@@ -114,8 +114,7 @@ def posterior(paper: str, papers: int) -> list[VirtualPaper]:
     particles that is nearest to the fitted figures, in a random order; equal particles count as often as they
     occur. Subjects without fitted figures are sampled anew.
     """
-    text = files(__package__).joinpath("published", f"{paper}_posterior.json").read_text()
-    every = json.loads(text)["particles"]
+    every = _frozen(paper)["particles"]
     particles = every[:len(every) // 2]
     rng = np.random.default_rng(len(particles))
     order = rng.permutation(len(particles))
@@ -126,6 +125,25 @@ def posterior(paper: str, papers: int) -> list[VirtualPaper]:
         for place in UNFITTED[paper]:
             seeds[place] = int(rng.integers(2**31 - 1))
         found.append(VirtualPaper(theta_at(paper, np.array(chosen["shares"])), tuple(seeds)))
+    return found
+
+
+def with_model_error(paper: str, figures: Mapping[str, Array], seed: int = 0) -> dict[str, Array]:
+    """Figures of virtual papers, (papers,), each with the error that the model has after its fit.
+
+    Particles do not meet the fitted figures exactly. With the distribution of their logarithmic gaps as that
+    of the model's error, approximate Bayesian computation is exact (Wilkinson 2013, doi
+    10.1515/sagmb-2013-0010). So each figure of each paper has a lognormal factor whose sd is the root mean
+    square gap; without one in the frozen posterior there is no error.
+    """
+    sd = _frozen(paper).get("model_error", 0.0)
+    rng = np.random.default_rng(seed)
+    return {key: values * np.exp(sd * rng.standard_normal(values.shape)) for key, values in figures.items()}
+
+
+def _frozen(paper: str) -> dict[str, Any]:
+    text = files(__package__).joinpath("published", f"{paper}_posterior.json").read_text()
+    found: dict[str, Any] = json.loads(text)
     return found
 
 

@@ -255,7 +255,10 @@ def _reflected(shares: Array) -> Array:
 
 def table_of(paper: str, particles: Sequence[Particle], settings: dict[str, int]) -> dict[str, Any]:
     """Table of a posterior for its file."""
+    published, near = fit_of(paper).published, particles[:len(particles) // 2]
+    gaps = [[each.statistics[name] - theirs for name, theirs in published.items()] for each in near]
     return {"paper": paper, "method": settings, "hyperparameters": list(PRIORS[paper]),
+            "model_error": round(float(np.sqrt(np.mean(np.square(gaps)))), 4),
             "particles": [{"shares": [round(float(share), 6) for share in each.shares],
                            "seeds": list(each.seeds), "distance": round(each.distance, 4)}
                           for each in particles]}

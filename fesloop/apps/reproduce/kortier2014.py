@@ -28,6 +28,7 @@ from fesloop.apps.reproduce.error_model import (
     reference,
     room_settings,
     simulated,
+    with_model_error,
 )
 from fesloop.apps.reproduce.hand_recording import (
     HAND,
@@ -254,7 +255,8 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
     kept = simulated(papers, lambda paper: [
         job for motion in _SEATS for job in replicate(paper.theta, paper.seeds, motion)], workers, progress)
     old = baseline(EXPERIMENT)
-    ours, before = replicates(kept), papers_of_subjects(old.values, FIGURES)
+    ours = with_model_error(EXPERIMENT, replicates(kept))
+    before = papers_of_subjects(old.values, FIGURES)
     rows = [*figure_rows(FIGURES, ours, before), *pattern_rows(PATTERNS, ours, before)]
     (shown,) = simulated(papers[:1], _shown, workers)
     sweep = {"constraints": _constraints(simulated(papers[:_PAPERS_OF_SWEEP], _held, workers))}

@@ -27,6 +27,7 @@ from fesloop.apps.reproduce.error_model import (
     reference,
     room_settings,
     simulated,
+    with_model_error,
 )
 from fesloop.apps.reproduce.hand_recording import (
     HAND,
@@ -229,7 +230,8 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
         job for motion in (*TIPS, *PAIRS) for job in replicate(paper.theta, paper.seeds, motion)], workers,
         progress)
     old = baseline(EXPERIMENT)
-    ours, before = replicates(kept), papers_of_subjects(old.values, FIGURES)
+    ours = with_model_error(EXPERIMENT, replicates(kept))
+    before = papers_of_subjects(old.values, FIGURES)
     rows = [*figure_rows(FIGURES, ours, before), *pattern_rows(PATTERNS, ours, before)]
     main = {motion: [each[motion, seat] for each in kept for seat in range(_subjects(motion))]
             for motion in (*TIPS, *PAIRS)}
