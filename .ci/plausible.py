@@ -131,7 +131,7 @@ def events_doubted(recording: Any) -> Iterator[str]:
     """Failed poses, and events that no page explains."""
     explained = set(re.findall(r"`(\w+)`", EVENTS.read_text())) if EVENTS.exists() else set()
     for status, where, detail in sorted({(e.status, e.where, e.detail) for e in recording.events}):
-        if status in ("initial_pose_failed", "calibration_failed"):
+        if status in ("initial_pose_failed", "pose_contradicted", "calibration_failed"):
             yield f"{status} ({where}): {detail}"
     for status in sorted({event.status for event in recording.events} - explained):
         yield f"event {status} is not explained in docs/events.md"

@@ -122,8 +122,9 @@ def any_initial_pose(kind):
     from estimators.calibration.initial_pose import InitialPoseLimits
 
     limits = InitialPoseLimits(rate_deg_s=1e4, rate_sd_deg_s=1e4, bias_deg_s=1e4, turned_deg=180.0,
-                               gravity=1e3, tilt_deg=180.0)
-    return {} if kind == "salchow_b" else {"initial_pose_s": 0.1, "pose_limits": limits}
+                               gravity=1e3)
+    pose = {"initial_pose_s": 0.1, "pose_limits": limits, "pose_sd_deg": 1e3}
+    return {} if kind == "salchow_b" else pose
 
 
 def an_error_process():

@@ -3,7 +3,8 @@
 For 3 s or more the hand is still, fingers F2 to F5 straight, the thumb straight at a known angle
 (Salchow-Hoemmen et al. 2019, doi 10.3390/s19010208, section 2.4.2). The gyroscopes then read their bias.
 The difference between the measured and the known relative heading of two neighbouring segments is an error of
-the sensors and is removed from then on. An implausible pose is refused, with the names of the sensors.
+the sensors and is removed from then on. An implausible pose is refused, with the names of the sensors;
+`pose_evidence` tests whether it is the one that was stated.
 """
 
 from __future__ import annotations
@@ -11,10 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from estimators.arrivals import LOST
 from estimators.body.body import Body
@@ -134,8 +135,6 @@ class InitialPoseLimits:
     turned_deg: angle between the verticals of the first and of the second half (chosen).
     gravity: difference of the mean acceleration's size from gravity, m/s^2 (chosen: above usual bias and
         scale).
-    tilt_deg: difference of the inclination relative to the neighbour from the known pose's (chosen: mounting
-        and a slightly bent finger stay below).
     share: least share of the pose's samples that a sensor must give (chosen).
     """
 
@@ -144,7 +143,6 @@ class InitialPoseLimits:
     bias_deg_s: float = 5.0
     turned_deg: float = 5.0
     gravity: float = 0.5
-    tilt_deg: float = 30.0
     share: float = 0.8
 
     def __post_init__(self) -> None:
@@ -229,22 +227,20 @@ def turn_headings(
 
 
 def faults(
-    record: PoseRecord, rest: Rest, body: Body, ties: Ties, limits: InitialPoseLimits, least: int
+    record: PoseRecord, rest: Rest, body: Body, limits: InitialPoseLimits, least: int
 ) -> list[str]:
     """Faults of a pose, a text a sensor; empty for a plausible one.
 
     Parameters
     ----------
     rest: mean readings of the record.
-    ties: ties of the known pose among the present sensors.
     least: least number of samples of each sensor.
     """
     if not rest.present.any():
         return [NO_SAMPLE]
     found = []
-    ups = quaternion.rotate(quaternion.conjugate(ties.relative), rest.acc[ties.neighbours])
     for s in range(len(rest.present)):
-        why = _fault(record, rest, ties, ups[s], limits, least, s) if rest.present[s] else _silent(record, s)
+        why = _fault(record, rest, limits, least, s) if rest.present[s] else _silent(record, s)
         if why:
             found.append(f"{sensor_name(body, s)} {why}")
     return found
@@ -261,10 +257,8 @@ def _silent(record: PoseRecord, s: int) -> str:
     return "gave too few samples" if some else ""
 
 
-def _fault(
-    record: PoseRecord, rest: Rest, ties: Ties, up: Array, limits: InitialPoseLimits, least: int, s: int
-) -> str:
-    """Fault of sensor s, with its neighbour's acceleration `up` (3,) in its frame in the known pose."""
+def _fault(record: PoseRecord, rest: Rest, limits: InitialPoseLimits, least: int, s: int) -> str:
+    """Fault of sensor s."""
     size = float(np.linalg.norm(rest.acc[s]))
     bias = math.degrees(float(np.linalg.norm(rest.bias[s])))
     variance = record.squares[s] / record.counts[s] - float(rest.bias[s] @ rest.bias[s])
@@ -280,62 +274,11 @@ def _fault(
         return f"reads {size:.2f} m/s^2 at rest, gravity is {STANDARD_GRAVITY:.2f}: calibrate it"
     if turned > limits.turned_deg:
         return f"moved: its inclination changed by {turned:.0f} deg"
-    above = ties.neighbours[s]
-    if above >= 0:
-        tilt = _between_deg(up, rest.acc[s])
-        if tilt > limits.tilt_deg:
-            return (f"is inclined {tilt:.0f} deg off the known pose against sensor {above}: check the pose, "
-                    "its angles, and the sensor's mounting")
     return ""
 
 
 def _between_deg(a: Array, b: Array) -> float:
     return math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b)))
-
-
-def still_readings(
-    body: Body, angles_deg: Mapping[str, float], gyr: ArrayLike, acc: ArrayLike,
-    mag: ArrayLike | None = None, *, least: int, limits: InitialPoseLimits | None = None
-) -> tuple[Rest, Ties]:
-    """Mean readings in a recorded initial pose, and the ties of its sensors.
-
-    Parameters
-    ----------
-    angles_deg: angles of the pose, by freedom; others are 0.
-    gyr, acc, mag: (t, n, 3), rad/s, m/s^2, any unit of field; a row that is not finite is a lost sample.
-    least: least number of samples of the pose.
-
-    Raises InputError for streams of other shapes or of unequal length, for a pose that is too short,
-    in motion or contradicts gravity, with the sensors' names, and the errors of `known_angles`.
-    """
-    limits = limits or InitialPoseLimits()
-    kinds = {"gyr": np.asarray(gyr, dtype=np.float64), "acc": np.asarray(acc, dtype=np.float64)}
-    if mag is not None:
-        kinds["mag"] = np.asarray(mag, dtype=np.float64)
-    count = len(kinds["gyr"])
-    for name, kind in kinds.items():
-        if kind.shape != (count, len(body.sensed), 3):
-            raise InputError(f"initial pose: {name}", f"has shape {kind.shape}",
-                             f"({count}, {len(body.sensed)}, 3), as many rows as gyr",
-                             "cut the streams to one length")
-    if count < least:
-        raise InputError("initial pose", f"is too short: {count} samples", f"{least} or more",
-                         f"{KEEP_STILL} for longer")
-    record, fresh = new_record(len(body.sensed)), np.array([True, True, mag is not None])
-    rows: Any = [kinds["gyr"], kinds["acc"], kinds.get("mag", kinds["acc"])]
-    for k in range(count):
-        lost = [~np.isfinite(kind[k]).all(axis=1) for kind in rows]
-        codes = np.where(lost, LOST, 0).astype(np.uint8)
-        moving = add_samples(rows[0][k], rows[1][k], rows[2][k], codes, fresh, int(2 * k >= count),
-                             math.radians(limits.rate_deg_s), record)
-        if moving >= 0:
-            raise InputError("initial pose", moved(body, moving, rows[0][k, moving]), "no motion", KEEP_STILL)
-    rest = rest_of(record, mag is not None)
-    ties = ties_of(body, known_angles(body.tree, angles_deg), rest.present)
-    found = faults(record, rest, body, ties, limits, count)
-    if found:
-        raise InputError("initial pose", "; ".join(found), "a still, known pose", KEEP_STILL)
-    return rest, ties
 
 
 def moved(body: Body, sensor: int, rates: Array) -> str:

@@ -23,7 +23,15 @@ from estimators.body.body import (
     worn_as_stated,
 )
 from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
-from estimators.calibration.initial_pose import known_angles
+from estimators.calibration.initial_pose import Rest, known_angles, ties_of
+from estimators.calibration.pose_evidence import (
+    REMEDY,
+    PoseEvidence,
+    ReleaseWatch,
+    against_gravity,
+    inclinations,
+    taken,
+)
 from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
 from estimators.constrained.posture import posture
@@ -87,6 +95,7 @@ def report(
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 _USUAL = HandSize()
+_USUAL_EVIDENCE = PoseEvidence()
 _SPACING = 0.25
 """Time between two measurements of a joint as a share of `force_time_s` (chosen: well below 1)."""
 _POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "tissue_sd_deg", "tissue_time_s", "turn_sd_deg",
@@ -110,8 +119,12 @@ class ConstrainedTracker:
     `orientation` (n, 4), segment to earth, with the heading of the 6-axis VQF filter (doi
     10.1016/j.inffus.2022.10.014) of the root in each tree of joints; `angles` (a,), rad, all freedoms of
     the tree; `angle_sd` (a,), rad; `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the
-    WCS); `fingertip_sd` (t, 3), m; `aligned` (1,), 0 while the initial pose is kept, else 1. Lengths
-    count as exact.
+    WCS); `fingertip_sd` (t, 3), m; `aligned` (1,), 0 while the initial pose is kept, and once evidence
+    contradicts it, else 1. Lengths count as exact.
+
+    A pose that gravity, the joints' ranges or the hand's release contradict
+    (`estimators.calibration.pose_evidence`) is reported as "pose_contradicted"; the sds of these joints grow
+    by as much.
 
     With `joints` in place of a body, and for five sensors without any setting (those of chain5,
     `fesloop.streams.formats.published`), no lengths are known: there are no outputs `fingertips` and
@@ -135,6 +148,7 @@ class ConstrainedTracker:
         that pose; 0: no known pose.
     initial_angles_deg: that pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
     pose_sd_deg: sd of each joint about it (chosen).
+    evidence: tests of that pose against what the sensors show of it.
     mounting_sd_deg, axis_sd_deg: constant errors of each sensor on its segment about each axis, and of the
         joints' axes, sd (5 to 10 deg each: doi 10.3390/s19010208, section 4). The tilts of axes are estimated
         from motion; the part of a relative rotation that its joint forbids is shared between the two causes.
@@ -166,6 +180,7 @@ class ConstrainedTracker:
     initial_pose_s: float = 0.0
     initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
     pose_sd_deg: float = 3.0
+    evidence: PoseEvidence = _USUAL_EVIDENCE
     mounting_sd_deg: float = 5.0
     axis_sd_deg: float = 5.0
     tissue_sd_deg: float = 4.0
@@ -251,6 +266,10 @@ class ConstrainedTracker:
         table = self._joints()
         period = context.clock.period_s
         limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
+        watch = None
+        if self.body is not None and self.initial_pose_s:
+            watch = ReleaseWatch(self.body, known_angles(self.body.tree, self.initial_angles_deg),
+                                 self.evidence)
         return ConstrainedState(
             roots=VqfBank(len(table.roots), period, False, tauAcc=self.tau_acc_s),
             arrivals=Arrivals(self.sensors, limits, period), settings=self._settings(period),
@@ -258,6 +277,7 @@ class ConstrainedTracker:
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
             status=np.full(len(table.ends), SURE, dtype=np.int64),
+            pose_acc=np.zeros((self.sensors, 3)), pose_counts=np.zeros(self.sensors), watch=watch,
             pose_samples=round(self.initial_pose_s / period),
             plausible=of_unknown_joints(()) if self.body is None else of_tree(self.body.tree))
 
@@ -269,21 +289,58 @@ class ConstrainedTracker:
         for _ in range(tick.index + 1 - state.ticks):
             take(state, table, inputs)
         first, state.ticks = state.ticks == 0, tick.index + 1
-        q, covariance = found.q[0], found.covariance[0]
+        q, covariance, doubt = found.q[0], found.covariance[0], found.doubt
+        if state.contradicted and self.body is not None and state.watch is not None:
+            doubt = np.hypot(doubt, state.watch.sizes[self.body.sensed[table.ends[:, 1]]])
         orientation, angles, sd, relative, worst = posture(
-            state.roots.orientation(), q, covariance, found.doubt, table.roots, table.ends, table.kinds,
+            state.roots.orientation(), q, covariance, doubt, table.roots, table.ends, table.kinds,
             table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd)
         if first or status_changed(worst, math.radians(self.uncertain_deg), state.status):
             report(worst, math.radians(self.uncertain_deg), state.status, table, first, tick)
-        aligned = aligned_value(state.taken > state.pose_samples or not state.pose_samples)
+        over = state.taken > state.pose_samples or not state.pose_samples
         if self.body is None:
-            return orientation, angles, sd, aligned
+            return orientation, angles, sd, aligned_value(over)
         tree = self.body.tree
         state.plausible.note(angles, tick)
+        if over and state.watch is not None:
+            self._compare(state, self.body, state.watch, angles, sd, tick)
         tips, tip_sd = fingertip_posture(
-            tree.layout, tree.geometry, self.body.tips, self.moving, relative, q, covariance, found.doubt,
+            tree.layout, tree.geometry, self.body.tips, self.moving, relative, q, covariance, doubt,
             table.kinds, table.axes, pair_sd, axis_sd)
-        return orientation, angles, sd, tips, tip_sd, aligned
+        return orientation, angles, sd, tips, tip_sd, aligned_value(over and not state.contradicted)
+
+    def _compare(self, state: ConstrainedState, body: Body, watch: ReleaseWatch, angles: Array, sd: Array,
+                 tick: Tick) -> None:
+        """Compare the initial pose with gravity at its end, and the posture since then with the pose."""
+        layout = body.tree.layout
+        rotations, variance = np.zeros((len(layout), 3)), np.zeros(len(layout))
+        for k, (_, freedoms, first) in enumerate(layout.tolist()):
+            if freedoms:
+                rotations[k, :freedoms] = angles[first:first + freedoms]
+                variance[k] = np.max(sd[first:first + freedoms]) ** 2
+        if state.aligned_ns is None:
+            state.aligned_ns = tick.time_ns
+            watch.begin(rotations, tick.time_ns)
+            present = state.pose_counts > 0
+            rest = Rest(np.zeros_like(state.pose_acc),
+                        state.pose_acc / np.maximum(state.pose_counts, 1.0)[:, np.newaxis], None, present)
+            pose = known_angles(body.tree, self.initial_angles_deg)
+            pose_sd = math.radians(self.pose_sd_deg)
+            gravity = inclinations(body, ties_of(body, pose, present), rest,
+                                   math.radians(self.mounting_sd_deg), pose_sd)
+            wrong = against_gravity(body, gravity, self.evidence)
+            if wrong is None:
+                tick.report("aligned", taken(body, pose, rest, pose_sd))
+                return
+            watch.sizes[:] = wrong.sizes
+            text = wrong.text
+        elif tick.time_ns - state.aligned_ns <= watch.lasts_ns:
+            text = watch.note(rotations, variance, variance < math.pi**2, tick.time_ns)
+        else:
+            return
+        if text:
+            state.contradicted = True
+            tick.report("pose_contradicted", f"{text}; no stimulation: begin again, and {REMEDY}")
 
     def _joints(self) -> JointTable:
         if self.table is None:

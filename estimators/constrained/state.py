@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from estimators.arrivals import Arrivals
 from estimators.body.body import ImplausibleAngles
 from estimators.body.joint_constraints import JointTable
+from estimators.calibration.pose_evidence import ReleaseWatch
 from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained.filter import SOUND, admit, advance
 from estimators.fusion.front_end import VqfBank
@@ -36,6 +37,10 @@ class ConstrainedState:
     status: (joints,), SURE, UNSURE or UNSEEN, as last reported.
     plausible: check of implausible angles.
     pose_samples: number of samples of the initial pose.
+    pose_acc: (n, 3), m/s^2, sum of the sound accelerations in it; pose_counts: (n,), their number.
+    watch: comparison of the posture after the pose with the pose; None without a pose.
+    aligned_ns: instant of the first sample after the pose; None before.
+    contradicted: whether evidence contradicts the pose.
     ticks: number of the next tick.
     taken: number of the next sample.
     """
@@ -50,6 +55,11 @@ class ConstrainedState:
     seen: NDArray[np.int64]
     status: NDArray[np.int64]
     plausible: ImplausibleAngles
+    pose_acc: Array
+    pose_counts: Array
+    watch: ReleaseWatch | None
+    aligned_ns: int | None = None
+    contradicted: bool = False
     pose_samples: int = 0
     ticks: int = 0
     taken: int = 0
@@ -68,6 +78,10 @@ def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample]) -
         advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], found.doubt, table.ends,
                 table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,
                 state.settings, state.taken)
+    if state.taken < state.pose_samples:
+        sound = state.seen[1] == SOUND
+        state.pose_acc[sound] += state.acc[1, sound]
+        state.pose_counts += sound
     state.taken += 1
     # A sum with NaN is NaN: one test shows whether all joints have begun.
     if not math.isfinite(found.q[0].sum()):

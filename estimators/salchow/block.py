@@ -9,7 +9,7 @@ segment frames. Their rates may differ: give the tracker the rate of the gyrosco
 (n, 4), segment to earth (z up; with magnetometers y to magnetic north at the first sensor, else its heading
 starts at zero); `angles` and `angle_sd` (d,), rad, all freedoms of the tree in its order; `fingertips` and
 `fingertip_sd` (t, 3), m, in the frame of the tree's root (for the hand: WCS); `aligned` (1,), for M1 and M2 0
-until the initial pose has been taken, else 1.
+until the initial pose has been taken, and once evidence contradicts it, else 1.
 
 A joint is seen when both its segments have a sensor with valid samples. Other joints are reported as
 "untracked", with angle 0 and sd pi, and as "tracked" when they are seen again. Joints between the root and
@@ -34,6 +34,7 @@ from typing import Self
 
 from estimators.body.body import ALIGNED_PORT, Body, posture_ports, stated_by, worn_as_stated
 from estimators.calibration.initial_pose import InitialPoseLimits
+from estimators.calibration.pose_evidence import PoseEvidence
 from estimators.fusion.front_end import FrontEndName
 from estimators.salchow.fusion import (
     SalchowState,
@@ -52,6 +53,7 @@ from fesloop.loop.signals import Port, Sample, Sensors, Value
 
 _USUAL = HandSize()
 _USUAL_LIMITS = InitialPoseLimits()
+_USUAL_EVIDENCE = PoseEvidence()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -138,10 +140,12 @@ class SalchowM1(_Tracker):
     """Posture of a hand by method M1 of Salchow-Hoemmen et al. 2019: B, an initial pose, joint constraints.
 
     During the initial pose, reported as "aligning", the outputs are the known pose; "aligned" reports its
-    end. A pose in which the hand moved, or that disagrees with gravity, is reported as
-    "initial_pose_failed", with sensors and reasons. The next pose that is still for as long is taken; until
-    then all sds are those of unknown angles. Sensors without a sample in the pose are left out, and their
-    joints stay unseen.
+    end. A pose in which the hand moved is reported as "initial_pose_failed", with sensors and reasons, one
+    that gravity contradicts as "pose_contradicted", with joints and angles. The next pose that is still for
+    as long is taken; until then all sds are those of unknown angles. If the posture after the pose
+    contradicts it (`estimators.calibration.pose_evidence`), this is reported as "pose_contradicted", too:
+    the sds of these joints grow by as much, and `aligned` is 0 for the rest of the trial. Sensors without a
+    sample in the pose are left out, and their joints stay unseen.
 
     Attributes
     ----------
@@ -149,14 +153,18 @@ class SalchowM1(_Tracker):
     mounting_sd_deg, heading_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
     initial_pose_s: duration of the initial pose, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
     initial_angles_deg: the pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
+    pose_sd_deg: sd of each joint's rotation in the pose about any axis, deg (chosen: what a goniometer does).
     pose_limits: limits of the sensors' readings in the pose.
+    evidence: tests of the pose against what the sensors show of it.
     """
 
     tau_mag_s: float | None = None
     mag_every: int = 1
     initial_pose_s: float = 3.0
     initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
+    pose_sd_deg: float = 5.0
     pose_limits: InitialPoseLimits = _USUAL_LIMITS
+    evidence: PoseEvidence = _USUAL_EVIDENCE
     heading_sd_deg: float = 10.0
 
     @property
@@ -185,14 +193,16 @@ class SalchowM2(_Tracker):
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every: as in SalchowB.
     mounting_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
-    initial_pose_s, initial_angles_deg, pose_limits: as in SalchowM1.
+    initial_pose_s, initial_angles_deg, pose_sd_deg, pose_limits, evidence: as in SalchowM1.
     drift_deg_s: sd of the rate at which neighbours' headings diverge, deg/s (chosen: two biases known to
         within an instability of 10 deg/h, usual for MEMS).
     """
 
     initial_pose_s: float = 3.0
     initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
+    pose_sd_deg: float = 5.0
     pose_limits: InitialPoseLimits = _USUAL_LIMITS
+    evidence: PoseEvidence = _USUAL_EVIDENCE
     drift_deg_s: float = 0.004
 
     @property

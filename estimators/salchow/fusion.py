@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +38,15 @@ from estimators.calibration.initial_pose import (
     sensor_name,
     ties_of,
 )
+from estimators.calibration.pose_evidence import (
+    REMEDY,
+    PoseEvidence,
+    ReleaseWatch,
+    against_gravity,
+    inclinations,
+    joint_rotations,
+    taken,
+)
 from estimators.fusion.front_end import FrontEnd, FrontEndName, front_end_of, require_front_end
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
@@ -57,15 +66,17 @@ from fesloop.loop.clock import NS_PER_S, RateClock, StampClock
 from fesloop.loop.signals import Port, Sample, Value
 
 _POSITIVE = ("tau_acc_s", "tau_mag_s", "mounting_sd_deg", "heading_sd_deg", "drift_deg_s", "untracked_deg_s",
-             "gap_ms", "gyr_range_deg_s", "acc_range_g", "initial_pose_s")
+             "gap_ms", "gyr_range_deg_s", "acc_range_g", "initial_pose_s", "pose_sd_deg")
 
 
 class InitialPose(NamedTuple):
-    """Initial pose: duration, s, angles by freedom, deg, and limits of a plausible pose."""
+    """Initial pose: duration, s, angles by freedom, deg, their sd, rad, limits and tests of the pose."""
 
     duration_s: float
     angles_deg: Mapping[str, float]
+    sd: float
     limits: InitialPoseLimits
+    evidence: PoseEvidence
 
 
 class Method(NamedTuple):
@@ -140,7 +151,8 @@ def method_of(tracker: Any, *, magnetometer: bool) -> Method:
     """Create the method of a tracker from its parameters; with an initial pose it constrains the joints."""
     pose = None
     if hasattr(tracker, "initial_pose_s"):
-        pose = InitialPose(tracker.initial_pose_s, tracker.initial_angles_deg, tracker.pose_limits)
+        pose = InitialPose(tracker.initial_pose_s, tracker.initial_angles_deg,
+                           math.radians(tracker.pose_sd_deg), tracker.pose_limits, tracker.evidence)
     radians = math.radians
     return Method(
         front_end=tracker.front_end, tau_acc_s=tracker.tau_acc_s,
@@ -177,6 +189,8 @@ class SalchowState:
     headings: (n, 2), cosine and sine of half the heading correction of each sensor.
     posed: (n,), whether each sensor has been aligned.
     aligned_ns: instant of the alignment; None before.
+    watch: comparison of the posture after the pose with the pose; None without a pose.
+    contradicted: whether evidence contradicts the pose that has been taken.
     failing: whether the pose has been refused; quiet_ns: instant until which that is not reported again.
     seen: (m,), whether each joint is seen.
     unseen: joints last reported as untracked; None before the first tick.
@@ -202,6 +216,8 @@ class SalchowState:
     plausible: ImplausibleAngles
     unseen: tuple[str, ...] | None = None
     aligned_ns: int | None = None
+    watch: ReleaseWatch | None = None
+    contradicted: bool = False
     pose_ticks: int = 0
     failing: bool = False
     quiet_ns: int = -1
@@ -224,7 +240,19 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
         record=new_record(n), known=segment_poses(body.tree, angles).orientation[body.sensed],
         ties=ties_of(body, angles, np.ones(n, dtype=np.bool_)),
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
-        seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body), plausible=of_tree(body.tree))
+        seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body), plausible=of_tree(body.tree),
+        watch=_watch_of(body, angles, method))
+
+
+def _watch_of(body: Body, angles: Array, method: Method) -> ReleaseWatch | None:
+    """Comparison of the posture after the pose with the pose.
+
+    With magnetometers the field contradicts the joints wherever it is disturbed, whatever the pose was.
+    """
+    if method.pose is None:
+        return None
+    evidence = method.pose.evidence
+    return ReleaseWatch(body, angles, replace(evidence, watch_s=0.0) if method.magnetometer else evidence)
 
 
 def _new_bank(sensors: int, period_s: float, method: Method) -> FrontEnd:
@@ -522,15 +550,19 @@ def _take_pose(
     state.pose_ticks += 1
     if moving < 0 and state.pose_ticks < needed:
         return False
+    wrong = ""
     if moving >= 0:
         found = [moved(body, moving, gyr[moving])]
     else:
-        found = _align(state, body, method, pose, needed, tick)
+        found, wrong = _align(state, body, method, pose, needed, tick)
     state.record.clear()
+    found += [wrong] if wrong else []
     state.pose_ticks, state.failing = 0, bool(found)
     if found and tick.time_ns >= state.quiet_ns:
         then = f"{'; '.join(found)}: {KEEP_STILL} for {pose.duration_s:g} s, the next that is still is taken"
-        if found == [NO_SAMPLE]:
+        if wrong:
+            tick.report("pose_contradicted", f"{wrong}; no stimulation: {REMEDY}")
+        elif found == [NO_SAMPLE]:
             tick.report("waiting", then)
         else:
             tick.report("initial_pose_failed", then)
@@ -540,23 +572,49 @@ def _take_pose(
 
 def _align(
     state: SalchowState, body: Body, method: Method, pose: InitialPose, needed: int, tick: Tick
-) -> list[str]:
-    """Set biases and headings from a completed pose; return the reasons if it is refused."""
+) -> tuple[list[str], str]:
+    """Set biases and headings from a completed pose; return its faults, or what contradicts it, if any."""
     rest = rest_of(state.record, method.magnetometer)
-    ties = state.ties
+    ties, angles = state.ties, known_angles(body.tree, pose.angles_deg)
     if not rest.present.all():
-        ties = ties_of(body, known_angles(body.tree, pose.angles_deg), rest.present)
-    found = faults(state.record, rest, body, ties, pose.limits, needed)
+        ties = ties_of(body, angles, rest.present)
+    found = faults(state.record, rest, body, pose.limits, needed)
     if found:
-        return found
+        return found, ""
+    wrong = against_gravity(body, inclinations(body, ties, rest, method.mounting_sd, pose.sd), pose.evidence)
+    if wrong:
+        return [], wrong.text
     state.bank.begin(rest.present, rest.bias, rest.acc, rest.mag, needed)
     turn = 0.5 * headings(ties, state.bank.orientation())
     state.headings[:, 0], state.headings[:, 1] = np.cos(turn), np.sin(turn)
     state.posed, state.aligned_ns = rest.present, tick.time_ns
     state.gaps[:] = 0.0
-    left_out = ", ".join(sensor_name(body, int(s)) for s in np.flatnonzero(~rest.present))
-    tick.report("aligned", f"without {left_out}: no sample" if left_out else "initial pose taken")
-    return []
+    left_out = [sensor_name(body, int(s)) for s in np.flatnonzero(~rest.present)]
+    tick.report("aligned", taken(body, angles, rest, pose.sd, left_out))
+    return [], ""
+
+
+def _heading_sd(method: Method, elapsed_s: float) -> float:
+    """Sd of a heading relative to its neighbour's that time after the initial pose, rad."""
+    return math.hypot(method.heading_sd, method.drift * elapsed_s, method.pose.sd if method.pose else 0.0)
+
+
+def _watch(state: SalchowState, body: Body, method: Method, watch: ReleaseWatch, fused: Array,
+           elapsed_s: float, tick: Tick) -> None:
+    """Compare the posture since the initial pose with the pose; what contradicts it adds to the sds."""
+    tree, sensors = body.tree, body.sensors
+    rotations = np.empty((len(sensors), 3))
+    joint_rotations(tree.layout, tree.geometry, sensors, state.seen, fused, state.headings, rotations)
+    if elapsed_s == 0.0:
+        watch.begin(rotations, tick.time_ns)
+        return
+    gaps = state.gaps.sum(axis=1)
+    variance = (2.0 * method.mounting_sd**2 + _heading_sd(method, elapsed_s)**2
+                + gaps[sensors] + gaps[sensors[tree.layout[:, 0]]])
+    wrong = watch.note(rotations, variance, state.seen, tick.time_ns)
+    if wrong:
+        state.contradicted = True
+        tick.report("pose_contradicted", f"{wrong}; no stimulation: begin again, and {REMEDY}")
 
 
 def _posture(
@@ -566,16 +624,23 @@ def _posture(
     changed = find_seen(tree.layout, body.sensors, state.silent_s, state.posed, method.gap_s, state.seen)
     if changed or state.unseen is None:
         _report_unseen(state, body, tick)
+    if state.watch is not None and state.aligned_ns is not None \
+            and tick.time_ns - state.aligned_ns <= state.watch.lasts_ns:
+        _watch(state, body, method, state.watch, fused, elapsed_s, tick)
     tilt = UNSEEN_SD if state.failing else method.mounting_sd
-    heading = min(math.hypot(method.heading_sd, method.drift * elapsed_s), UNSEEN_SD)
+    heading = min(_heading_sd(method, elapsed_s), UNSEEN_SD)
     freedoms, tips = len(tree.ranges), len(body.tips)
     arrays = (np.empty((len(fused), 4)), np.empty(freedoms), np.empty(freedoms), np.empty((tips, 3)),
               np.empty((tips, 3)))
+    gaps = state.gaps
+    if state.watch is not None and state.contradicted:
+        gaps = gaps.copy()
+        gaps[:, 0] += state.watch.sizes[body.sensed] ** 2
     posture(tree.layout, tree.geometry, tree.ranges, body.sensors, state.counted, body.tips, fused,
-            state.headings, state.seen, method.constrained, tilt ** 2, heading ** 2, state.gaps, *arrays)
+            state.headings, state.seen, method.constrained, tilt ** 2, heading ** 2, gaps, *arrays)
     if elapsed_s > 0.0:
         state.plausible.note(arrays[1], tick)
-    return *arrays, aligned_value(True)
+    return *arrays, aligned_value(not state.contradicted)
 
 
 def _report_unseen(state: SalchowState, body: Body, tick: Tick) -> None:

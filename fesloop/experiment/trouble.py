@@ -40,6 +40,8 @@ _MOUNTING, _TURNING = "mounting_disagrees", "segment_calibration"
 _IMPLAUSIBLE = "implausible_angle"
 """Status of a tracker whose angles cannot be those of the joints."""
 _ALIGNING, _ALIGNED = "aligning", "aligned"
+_CONTRADICTED = "pose_contradicted"
+"""Status of a tracker whose evidence contradicts the initial pose that it was given."""
 _MOVES_DEG = 1.0
 """Distance (chosen) from the joints below which a reference requires no motion."""
 _LEAST_ABOUT = 0.5
@@ -80,14 +82,15 @@ class Trouble:
         return f"{self.text[:1].upper()}{self.text[1:]}."
 
 
-KINDS = ("broken_off", "recording", "safety", "failed", "noted", "not_held", "no_better", "rose")
+KINDS = ("broken_off", "recording", "pose", "safety", "failed", "noted", "not_held", "no_better", "rose")
 """Kinds of troubles, the most important first.
 
 broken_off: the run did not get to its end. recording: gyroscope and accelerometer of the recording that was
 played disagree on rotation, or its sensors have other axes than their segments, or a tracker's angles are
-long outside what any joint can reach, so that no angle of the run is right. safety: no channel gave a pulse,
-or the safety block took stimulation away, or most of it. failed: a part
-failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
+long outside what any joint can reach, so that no angle of the run is right. pose: what the sensors show
+contradicts the initial pose that a tracker was given. safety: no channel gave a pulse, or the safety block
+took stimulation away, or most of it. failed: a part failed, such as a tracker that never took its initial
+pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
 turning. not_held: the object, in the last trial. no_better: joints followed worse than had they not moved.
 rose: the error grew over the trials by more than a tenth, where the trials are `comparable`.
@@ -96,9 +99,10 @@ rose: the error grew over the trials by more than a tenth, where the trials are 
 
 def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -> list[Trouble]:
     """Find the troubles of a run, the most important first; `cause` of its failure, if known."""
-    found = (_broken_off(recording, cause), _recording(recording), _safety(recording, metrics),
-             _failures(recording), (*_notes(recording), *_other_axis(metrics)), _not_held(metrics),
-             _no_better(metrics), _rose(metrics))
+    found = (_broken_off(recording, cause), _recording(recording), _pose(recording),
+             _safety(recording, metrics), _failures(recording),
+             (*_notes(recording), *_other_axis(metrics)), _not_held(metrics), _no_better(metrics),
+             _rose(metrics))
     every = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
     return every if comparable(every) else [each for each in every if each.kind != "rose"]
 
@@ -106,14 +110,15 @@ def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -
 def comparable(found: Iterable[Trouble]) -> bool:
     """Return whether the trials of a run were alike, so that their errors can be compared.
 
-    Not so where stimulation was withheld in some, a part failed, or the recording played is not sound.
+    Not so where stimulation was withheld in some, a part failed, a tracker began with a wrong pose, or the
+    recording played is not sound.
     """
-    return not any(each.kind in ("recording", "safety", "failed") for each in found)
+    return not any(each.kind in ("recording", "pose", "safety", "failed") for each in found)
 
 
 def graveness(status: str) -> int:
     """Rank of an event's status, the gravest 0: failures, then what takes stimulation away, then the rest."""
-    if status.endswith((*_FAILED, *_LACKING, _DISAGREE, _MOUNTING, _IMPLAUSIBLE)):
+    if status.endswith((*_FAILED, *_LACKING, _DISAGREE, _MOUNTING, _IMPLAUSIBLE, _CONTRADICTED)):
         return 0
     withheld = status.startswith(_WATCHDOG) or status in (*_WITHHELD, *_STOPPED)
     return 1 if withheld else 2
@@ -137,6 +142,18 @@ def _recording(recording: Recorded) -> Iterator[str]:
             wrong.setdefault(event.where, event)
     yield from (f"the angles of `{where}` are wrong{_when(recording, event)}: {event.detail}"
                 for where, event in wrong.items())
+
+
+def _pose(recording: Recorded) -> Iterator[str]:
+    """Trackers that were given a wrong initial pose, each once."""
+    wrong: dict[str, list[Event]] = {}
+    for event in recording.events:
+        if event.status == _CONTRADICTED:
+            wrong.setdefault(event.where, []).append(event)
+    for where, events in wrong.items():
+        first, trials = events[0], len({event.trial for event in events})
+        which = f" and in {trials} of {recording.trials} trials" if trials > 1 else ""
+        yield f"the angles of `{where}` are not to be trusted{_when(recording, first)}{which}: {first.detail}"
 
 
 def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:

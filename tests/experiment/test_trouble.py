@@ -39,6 +39,8 @@ def runs(draw):
     if "recording" in kinds:
         events.append(event(*draw(st.sampled_from([(0.0, "recording", "rates_disagree"),
                                                    (5.0, "tracker", "implausible_angle")]))))
+    if "pose" in kinds:
+        events.append(event(draw(st.floats(0.0, 9.0)), "tracker", "pose_contradicted"))
     if "safety" in kinds:
         status = draw(st.sampled_from(["posture_silent", "posture_jumped", "posture_frozen", "emergency_stop",
                                        "charge_exhausted"]))
@@ -64,7 +66,7 @@ def test_troubles_are_all_told_in_the_order_of_their_weight(run):
     kinds, known = run
     found = troubles(known.recording, known.metrics)
     # Trials that were not alike are not compared.
-    told = kinds - {"rose"} if kinds & {"recording", "safety", "failed"} else kinds
+    told = kinds - {"rose"} if kinds & {"recording", "pose", "safety", "failed"} else kinds
     assert list(dict.fromkeys(each.kind for each in found)) == [kind for kind in KINDS if kind in told]
     assert all(each.sentence.endswith(".") and not math.isnan(len(each.text)) for each in found)
 
