@@ -13,7 +13,6 @@ from fesloop.loop.record import StatusLatch
 from fesloop.models.linear_model import LinearModel
 
 Array = NDArray[np.float64]
-STATUS = "out_of_reach"
 _EVERY = 10
 """Ticks between two looks (chosen: a target is held for longer)."""
 _BEYOND_RAD = math.radians(5.0)
@@ -31,11 +30,11 @@ class Reach(NamedTuple):
         if tick.index % _EVERY:
             return
         beyond = np.maximum(self.least - reference, reference - self.greatest)
-        if beyond.max() < _BEYOND_RAD and STATUS not in latch.holding:
+        if beyond.max() < _BEYOND_RAD and "out_of_reach" not in latch.holding:
             return
         worst = int(np.argmax(beyond))
         ends = np.degrees([reference[worst], self.least[worst], self.greatest[worst]])
-        latch.put(tick, STATUS, bool(beyond[worst] >= _BEYOND_RAD),
+        latch.put(tick, "out_of_reach", bool(beyond[worst] >= _BEYOND_RAD),
                   f"the reference of output {worst} is {ends[0]:.0f} deg; by the model, stimulation of these "
                   f"channels holds {ends[1]:.0f} to {ends[2]:.0f} deg")
 

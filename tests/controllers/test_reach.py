@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.reach import STATUS, reach_of
+from controllers.reach import reach_of
 from fesloop.loop.block import Tick
 from fesloop.loop.record import StatusLatch
 from fesloop.models.linear_model import LinearModel
@@ -38,7 +38,7 @@ def test_a_reference_beyond_is_reported_when_it_gets_there():
     inside, outside = 0.5 * (reach.least + reach.greatest), reach.greatest + np.radians([0.0, 4.0, 6.0])
     for tick.index, reference in enumerate([inside] * 10 + [outside] * 30 + [inside] * 10 + [outside] * 10):
         reach.look(latch, tick, reference)
-    assert [status for status, _ in tick.reports] == [STATUS] * 2
+    assert [status for status, _ in tick.reports] == ["out_of_reach"] * 2
     assert "output 2" in tick.reports[0][1]
 
 

@@ -26,6 +26,7 @@ SECTIONS = {
     "controllers/pid/": "PID",
     "controllers/ilc/": "Iterative learning (ILC)",
     "controllers/mpc/": "Predictive control (MPC)",
+    "controllers/reach.py": "Targets out of reach",
     "controllers/quadratic_programme.py": "Quadratic programmes",
     "controllers/grip.py": "Grip force",
     "controllers/point_search/": "Point search",

@@ -133,8 +133,10 @@ def transports(experiment):
     ("hold_grip_force", "tracker.angles->synergies.angles")])
 def test_one_setting_moves_the_posture_of_controller_and_safety_block(name, controller):
     experiment = fesloop.load(name, ["tracker_latency_ms=40", "jitter_ms=20", "loss=0.1"])
+    start = [name for name in transports(experiment) if name == "synergies.synergies->reference.measured"]
     assert transports(experiment) == dict.fromkeys(
-        (controller, "tracker.angles->safety.posture", "tracker.aligned->safety.aligned"), (40.0, 20.0, 0.1))
+        (controller, *start, "tracker.angles->safety.posture", "tracker.aligned->safety.aligned"),
+        (40.0, 20.0, 0.1))
 
 
 @pytest.mark.parametrize("variant", ["plant=finger", "tracker=ideal", "tracker=kortier"])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fesloop.experiment.files.parse import from_document, read
+from fesloop.hand.anthropometry import PARTS
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
@@ -43,8 +44,9 @@ def pressing_n(width_us, frequency_hz):
                  "table": {"height_m": -0.12}, "object": WALL}})
     loop.run_until(1200 * NS_PER_MS)
     forces = column(recorder, "hand", 8)[-20:].mean(axis=0)
-    assert not np.delete(forces, 2).any()
-    return float(forces[2])
+    middle = np.array([part.startswith("F3") for part in PARTS])
+    assert not forces[~middle].any()
+    return float(forces[middle].sum())
 
 
 @pytest.mark.parametrize(("varied", "values"), [
@@ -57,7 +59,7 @@ def test_force_rises_with_pulse_width_and_frequency_and_saturates(varied, values
     assert (rise >= 0.0).all()
     assert forces[-1] > 0.3
     if varied == "width_us":
-        assert forces[0] == 0.0
+        assert forces[0] < 0.05
     steepest = int(np.argmax(rise))
     assert (np.diff(rise[steepest:]) < 0.0).all()
     assert rise[-1] < 0.5 * rise[steepest]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fesloop
-from fesloop import InputError
+from controllers.reference import MinimumJerk
+from fesloop import InputError, Recording
 from fesloop.apps.reproduce.chain_slopes import ChainSlopes
 from fesloop.apps.reproduce.open_chain import CHAIN, OpenChain
 from fesloop.apps.reproduce.reachable import (
@@ -17,6 +18,7 @@ from fesloop.apps.reproduce.reachable import (
     reachable_floor,
     reference_course,
 )
+from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.nodes import Node
@@ -31,7 +33,10 @@ TICKS = 36
 
 @pytest.fixture(scope="module")
 def experiment():
-    return fesloop.load("grasp_ilc")
+    """A learning grasp whose hand nobody holds at the start."""
+    document = fesloop.load("grasp_ilc").document()
+    del document["blocks"]["hand"]["assist"]
+    return from_document(document)
 
 
 @pytest.fixture(scope="module")
@@ -145,13 +150,18 @@ def test_misfits_are_named(experiment):
         reachable_floor(experiment, np.zeros((10, 3)), (0.0, 1.0))
     with pytest.raises(InputError, match=r"starts\.learnt"):
         reachable_floor(experiment, np.zeros((50, 3)), (0.5, 1.0), {"learnt": np.zeros((5, 8))})
-    nodes = tuple(node for node in experiment.nodes if node.name in ("reference",))
+    still = MinimumJerk(times_s=(0.0, 1.0), angles_deg=((0.0,), (0.0,)))
+    nodes = (Node("reference", still, "40"),)
     with pytest.raises(InputError, match="no node named safety"):
         OpenChain(Experiment(name="none", nodes=nodes, duration_s=1.0), CURRENT_MA, 5)
 
 
-def test_the_reference_is_what_the_experiment_asks(experiment):
-    course = np.degrees(reference_course(experiment))
-    assert course.shape == (400, 3)
-    np.testing.assert_allclose(course[40], [17.0, 39.0, 21.0])
-    np.testing.assert_allclose(course[150], [25.0, 18.0, 21.0])
+def test_the_reference_is_what_the_run_asked_of_the_hand(tmp_path):
+    result = fesloop.load("grasp_ilc", ["scene=free", "trials=1", "experiment.duration_s=4.5"]).run(tmp_path)
+    with Recording(result.recording) as recording:
+        course = np.degrees(reference_course(recording, 0))
+        measured = recording.signal("synergies.synergies", 0)
+        start = np.degrees(measured.values[np.searchsorted(measured.times_ns, 1.9 * NS_PER_S)])
+    assert course.shape == (180, 3)
+    np.testing.assert_allclose(course[80], start, atol=0.3)
+    np.testing.assert_allclose(course[150], [25.0, 18.0, start[2]], atol=0.3)

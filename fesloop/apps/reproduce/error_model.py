@@ -49,8 +49,8 @@ _COMMON = {
     "pose_deg": Prior(1.0, 12.0, "sd of each angle of the initial pose, deg (chosen)"),
     "sag_deg": Prior(0.5, 5.0, "sd of the sag of sensors on skin by 1 g, deg (chosen)"),
     "optical_deg": Prior(0.5, 8.0, "rotation of the optical frame against the inertial one, root mean "
-                         "square, deg (chosen; misalignment is the primary contribution in doi "
-                         "10.1186/1743-0003-11-70, Discussion)"),
+                         "square, deg (chosen; misalignment is the primary contribution in "
+                         "doi 10.1186/1743-0003-11-70, Discussion)"),
     "optical_mm": Prior(0.5, 8.0, "displacement of the optical origin, and of each marker, sd along each "
                         "axis, mm (chosen)"),
     "magnet_ut": Prior(0.3, 10.0, "hard iron left in each magnetometer, sd of each axis, uT (chosen)"),

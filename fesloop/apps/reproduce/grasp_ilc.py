@@ -85,8 +85,9 @@ def _floor(experiment: Experiment, recording: Recording) -> dict[str, Any]:
     """Least error before contact under any stimulation, deg, and the difference between two searches."""
     score = experiment.score
     window_s = score.after_s, score.until_s or experiment.duration_ns / NS_PER_S
-    learnt = {"learnt": learnt_widths(recording, recording.trials - 1)}
-    floor = reachable_floor(experiment, reference_course(experiment), window_s, learnt)
+    last = recording.trials - 1
+    learnt = {"learnt": learnt_widths(recording, last)}
+    floor = reachable_floor(experiment, reference_course(recording, last), window_s, learnt)
     return {"rmse_deg": floor.rmse_deg, "rows_deg": floor.rows_deg.tolist(), "spread_deg": floor.spread_deg}
 
 

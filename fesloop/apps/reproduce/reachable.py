@@ -23,9 +23,6 @@ from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running import Experiment
 from fesloop.loop.clock import NS_PER_S
-from fesloop.loop.record import Recorder
-from fesloop.loop.run import Loop
-from fesloop.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
 UNIT_S = 100e-6
@@ -251,16 +248,10 @@ class Floor:
         return best[1] - best[0] if len(best) > 1 else float("inf")
 
 
-def reference_course(experiment: Experiment) -> Array:
-    """Scored reference of the experiment at its ticks over a trial, (n, m), rad."""
-    name, _, port = str(experiment.score.reference).partition(".")
-    nodes = [node for node in experiment.nodes if node.name == name]
-    if not nodes or nodes[0].part.inputs:
-        raise InputError("score.reference", f"{experiment.score.reference}", "a source without inputs")
-    seen = Recorder(None)
-    Loop(Wiring(nodes, [], experiment.seed), recorder=seen).run_until(experiment.duration_ns - 1)
-    number = [each.name for each in nodes[0].part.outputs].index(port)
-    return np.array([row[5][number] for row in seen.blocks[name]])
+def reference_course(recording: Recording, trial: int) -> Array:
+    """Scored reference of a trial at its ticks, (n, m), rad."""
+    reference = recording.experiment["score"]["reference"]
+    return np.asarray(recording.signal(reference, trial).values)
 
 
 def learnt_widths(recording: Recording, trial: int) -> Array:

@@ -67,6 +67,7 @@ def test_wrist_angle(recordings):
     assert score["relative_angle_rmse_deg"]["radius-carpus"] < 1.7
 
 
+@pytest.mark.realtime
 def test_sixteen_streams_keep_up_with_100_hz(recordings):
     path = recordings / "body16" / "qmt_full_body_example_data.mat"
     recording = open_recording(str(path), None)

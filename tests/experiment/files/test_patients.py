@@ -121,14 +121,15 @@ def test_a_recordings_patient_cannot_be_another_one(tmp_path):
 def test_axons_are_the_persons_and_not_the_runs(tmp_path):
     """Under the same pulses another seed of the run recruits the same, another member does not."""
     def recruited(*settings, seed=3):
-        experiment = fesloop.load(CHAIN, settings, seed=seed)
+        strong = "blocks.programme.current_ma=[[40.0]]"
+        experiment = fesloop.load(CHAIN, [strong, *settings], seed=seed)
         with Recording(experiment.run(tmp_path).recording) as recording:
             return recording.signal("electrodes.recruitment").values
 
-    one = recruited("patient.member=3")
+    one = recruited("patient.member=1")
     assert one.any()
-    assert np.array_equal(one, recruited("patient.member=3", seed=4))
-    assert not np.array_equal(one, recruited("patient.member=4"))
+    assert np.array_equal(one, recruited("patient.member=1", seed=4))
+    assert not np.array_equal(one, recruited("patient.member=2"))
 
 
 @pytest.mark.parametrize(("settings", "starts"), [
