@@ -8,13 +8,16 @@ from fesloop.apps.reproduce import error_model, fit_error_model, salchow2019
 from fesloop.apps.reproduce.cohort import Attempt, Job
 from fesloop.apps.reproduce.error_model import (
     PRIORS,
+    UNFITTED,
     Prior,
     VirtualPaper,
     person_settings,
+    posterior,
     reference,
     room_settings,
     simulated,
     theta_at,
+    with_model_error,
 )
 from fesloop.apps.reproduce.fit_error_model import Fit, Particle, sample
 from fesloop.errors import RunError
@@ -144,3 +147,33 @@ def test_the_fit_simulates_the_fitted_half_alone():
         fit = fit_error_model.fit_of(paper)
         theta = theta_at(paper, np.full(len(PRIORS[paper]), 0.5))
         assert {job.key[0] for job in fit.jobs(theta, range(fit.seeds))} == half
+
+
+def test_papers_of_a_posterior_keep_what_was_fitted_and_sample_the_rest():
+    papers = posterior("kortier2014", 40)
+    assert posterior("kortier2014", 40) == papers
+    fitted = [place for place in range(8) if place not in UNFITTED["kortier2014"]]
+    half = len(papers) // 2
+    for first, second in zip(papers[:half], papers[half:], strict=True):
+        assert first.theta == second.theta
+        assert [first.seeds[place] for place in fitted] == [second.seeds[place] for place in fitted]
+    for place in UNFITTED["kortier2014"]:
+        assert len({paper.seeds[place] for paper in papers}) == len(papers)
+
+
+def test_the_models_error_is_that_of_the_frozen_posterior():
+    figures = {key: np.full(4000, 3.0) for key in ("one", "two")}
+    found = with_model_error("kortier2014", figures)
+    logs = np.log([found["one"], found["two"]])
+    assert logs.std(axis=1) == pytest.approx(0.2995, rel=0.05)
+    assert logs.mean(axis=1) == pytest.approx(np.log(3.0), abs=0.02)
+    assert abs(np.corrcoef(logs)[0, 1]) < 0.06
+    # That of the other paper was frozen without one.
+    assert with_model_error("salchow2019", figures)["one"].tolist() == figures["one"].tolist()
+
+
+@pytest.mark.parametrize("paper", PRIORS)
+def test_frozen_particles_lie_in_the_priors(paper):
+    for each in posterior(paper, 40):
+        for name, prior in PRIORS[paper].items():
+            assert prior.low <= each.theta[name] <= prior.high

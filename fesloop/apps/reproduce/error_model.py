@@ -84,7 +84,7 @@ STATED = {"length": 0.03, "joint_mm": 3.0, "axis_deg": MOUNTED_DEG, "sag_deg": 1
 joints on the palm and sag are chosen."""
 UNFITTED: dict[str, tuple[int, ...]] = {"salchow2019": (), "kortier2014": (2, 4, 5, 6, 7)}
 """Positions of the seeds of subjects whose figures are not fitted: they are others in each virtual paper."""
-FROZEN: dict[str, str] = {"salchow2019": "0f268e5b", "kortier2014": ""}
+FROZEN: dict[str, str] = {"salchow2019": "0f268e5b", "kortier2014": "d6301428"}
 """Commit of the posterior of each paper, before which nothing of the predicted half was simulated."""
 PIECES = 3
 """Pieces of iron in a room (chosen: frame and legs of a table, a computer)."""

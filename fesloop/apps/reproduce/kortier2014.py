@@ -182,7 +182,7 @@ def _task(recording: Recording, port: str, trial: int) -> Seen:
 
 
 EXPERIMENT = "kortier2014"
-SUBJECTS = 20
+SUBJECTS = 16
 _TIPS, AXES = ("flexion", "circles"), ("x", "y", "z", "distance")
 
 
