@@ -118,14 +118,16 @@ class Table:
     height_m: height of its surface above the wrist's centre, negative below.
     centre_m: centre of the top from the wrist's centre, east and north. half_m: half its sides.
     friction: coefficient against skin; against an object, the object's applies.
-    lowered_at_s: instant at which it starts to sink; negative: never. lowering_m: distance.
-    lowering_m_s: speed.
+    raised_at_s: instant at which it starts to rise to its height, out of the way before; negative: it is
+        there from the start. lowered_at_s: instant at which it starts to sink; negative: never.
+    lowering_m, lowering_m_s: distance and speed of both.
     """
 
     height_m: float = -0.1
     centre_m: tuple[float, float] = (0.0, 0.1)
     half_m: tuple[float, float] = (0.3, 0.3)
     friction: float = 0.5
+    raised_at_s: float = -1.0
     lowered_at_s: float = -1.0
     lowering_m: float = 0.2
     lowering_m_s: float = 0.1
@@ -133,15 +135,21 @@ class Table:
     def __post_init__(self) -> None:
         require_positive("table", self, "half_m", "lowering_m", "lowering_m_s")
         require_not_negative("table", self, "friction")
-        if not np.isfinite((self.height_m, *self.centre_m, self.lowered_at_s)).all():
+        if not np.isfinite((self.height_m, *self.centre_m, self.raised_at_s, self.lowered_at_s)).all():
             raise InputError("table", "a place or time that is not finite", "finite numbers")
 
     def drop(self, time_ns: int) -> float:
-        """Distance sunk at an instant, m."""
-        since = time_ns / NS_PER_S - self.lowered_at_s
-        if self.lowered_at_s < 0.0 or since <= 0.0:
-            return 0.0
-        return min(self.lowering_m, since * self.lowering_m_s)
+        """Distance below its height at an instant, m."""
+        time_s, below = time_ns / NS_PER_S, 0.0
+        if self.raised_at_s >= 0.0:
+            below = self.lowering_m - self._moved(time_s - self.raised_at_s)
+        if self.lowered_at_s >= 0.0:
+            below = max(below, self._moved(time_s - self.lowered_at_s))
+        return below
+
+    def _moved(self, since_s: float) -> float:
+        """Distance of a motion that began this long ago, m."""
+        return min(self.lowering_m, max(0.0, since_s) * self.lowering_m_s)
 
 
 def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
@@ -156,7 +164,8 @@ def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
 
 def add_table(spec: mujoco.MjSpec, table: Table) -> None:
     """Add the table, which only `mocap_pos` moves, after the object, if any."""
-    body = spec.worldbody.add_body(name="table", mocap=True, pos=[*table.centre_m, table.height_m - 0.005])
+    below = 0.005 + table.drop(0)
+    body = spec.worldbody.add_body(name="table", mocap=True, pos=[*table.centre_m, table.height_m - below])
     body.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_BOX, size=[*table.half_m, 0.005],
                   friction=[table.friction, TORSIONAL_M * table.friction, ROLLING_M], contype=TABLE,
                   conaffinity=TOUCHES[TABLE])
