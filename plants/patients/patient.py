@@ -146,10 +146,15 @@ def sensors(patient: Patient) -> dict[str, Any]:
     return parameters
 
 
+BALL = "F1m"
+"""Segment that a ball joint moves."""
+
+
 def misjudged(hand: HandSize, measured: HandSize, scale: float) -> HandSize:
     """A hand that differs from `hand` by `scale` times as much as `measured` does.
 
-    Displacements and tilts are limited to what `HandSize` takes: 20 mm and 45 deg a component.
+    Displacements and tilts are limited to what `HandSize` takes: 20 mm and 45 deg a component. The axes of
+    the thumb's CMC joint stay untold at any scale: trackers take those of a ball joint to be the usual ones.
     """
     def moved(exact: Any, told: Any) -> Any:
         return exact + scale * (np.asarray(told) - exact)
@@ -158,9 +163,10 @@ def misjudged(hand: HandSize, measured: HandSize, scale: float) -> HandSize:
         return WIDTH_RATIO * size.hand_mm if size.width_mm is None else size.width_mm
 
     none = np.zeros((5, 3))
-    joints = np.clip(moved(none if hand.joints_mm is None else np.array(hand.joints_mm), none), *SHIFT_MM)
+    shifts = none if hand.joints_mm is None else np.array(hand.joints_mm)
+    joints = np.clip(moved(shifts, none), *SHIFT_MM)
     tilts = {name: np.clip(moved(np.array(tilt), np.zeros(3)), *TILT_DEG)
-             for name, tilt in hand.axes_deg.items()}
+             for name, tilt in hand.axes_deg.items() if name != BALL}
     return replace(
         measured, hand_mm=float(moved(hand.hand_mm, measured.hand_mm)),
         width_mm=float(moved(width_mm(hand), width_mm(measured))),
