@@ -158,10 +158,12 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     side presses, or else until anything does: the object rests on it, or it is opposed by a part of the hand
     that has no sensor;
     grip_margin, mean grip force of the hold (`grip_force`) over `needed_grip_n`, where that
-    is known; grip_force_rmse_n against `target_n`.
+    is known; grip_force_rmse_n against `target_n`; with `touching`, unwanted_contact_s, for how long until
+    the end of the hold a part of the hand presses that should not: any before `starts_s`, then others.
     With fingertips: aperture_mm at `starts_s` (opening), when the hand grips (contact), as the mean of the
     hold (hold), and with `aperture` its RMSE from `starts_s` until the hand grips, or until the hold ends
-    where it does not (rmse).
+    where it does not (rmse); where `aperture` is fingertips, fingertip_placement_mm is the RMS distance of
+    the thumb's and the opposed tips from them, in the same time.
     With angles: wrist_extension_deg, mean of the hold; with `intended`, unwanted_motion_deg, RMS from
     `starts_s` to the end of the hold.
     charge_uc: charge of one phase, summed over all channels' pulses in the trial: the given pulses where the
@@ -204,6 +206,8 @@ def _why(trial: _Trial, path: tuple[str, ...]) -> str:
         "aperture_mm.opening": f"no fingertips are recorded at {score.starts_s:g} s",
         "aperture_mm.rmse": ended if trial.found.word == "incomplete" else
         f"no aperture was given as a reference from {score.starts_s:g} s on",
+        "fingertip_placement_mm": ended if trial.found.word == "incomplete" else
+        f"no fingertips were given as a reference from {score.starts_s:g} s on",
         "charge_uc": "fewer than two samples of the pulses are recorded",
     }
     if name in whenever:
@@ -334,6 +338,8 @@ def _forces(trial: _Trial) -> dict[str, Any]:
         "time_to_grasp_s": _contact_s(trial) - score.starts_s}
     if not math.isnan(_needed_n(trial)):
         metrics["grip_margin"] = _margin(trial)
+    if score.touching:
+        metrics["unwanted_contact_s"] = _unwanted_contact_s(trial, score.forces)
     if score.target_n is not None:
         signal = trial.recording.signal(score.target_n, trial.number)
         times_s, every = trial.whole(score.forces)
@@ -344,12 +350,26 @@ def _forces(trial: _Trial) -> dict[str, Any]:
     return metrics
 
 
+def _unwanted_contact_s(trial: _Trial, name: str) -> float:
+    """How long until the end of the hold a part of the hand presses on the object that should not."""
+    score = trial.score
+    forces = trial.between(name, 0.0)
+    if np.isnan(forces).any():
+        return math.nan
+    wanted = np.array([place.startswith(score.touching) for place in places_of(forces)])
+    times_s, _ = trial.whole(name)
+    times_s = times_s[times_s <= score.until_s]
+    pressing = forces > score.contact_n
+    unwanted = np.where(times_s < score.starts_s, pressing.any(axis=1), pressing[:, ~wanted].any(axis=1))
+    return float(np.diff(times_s, append=times_s[-1]) @ unwanted)
+
+
 def _posture(trial: _Trial) -> dict[str, Any]:
     """Metrics of angles and fingertips."""
     score = trial.score
     metrics: dict[str, Any] = {}
     if score.fingertips is not None:
-        metrics["aperture_mm"] = _apertures_mm(trial, score.fingertips)
+        metrics |= _apertures_mm(trial, score.fingertips)
     if score.angles is not None:
         metrics["wrist_extension_deg"] = wrist_extension_deg(trial.hold(score.angles))
         if score.intended:
@@ -357,8 +377,8 @@ def _posture(trial: _Trial) -> dict[str, Any]:
     return metrics
 
 
-def _apertures_mm(trial: _Trial, name: str) -> dict[str, float]:
-    """Aperture at the start, at contact and in the hold, and its error."""
+def _apertures_mm(trial: _Trial, name: str) -> dict[str, Any]:
+    """Aperture at the start, at contact and in the hold, its error, and that of the tips."""
     score, touched_s = trial.score, _contact_s(trial)
     times_s, fingertips = trial.whole(name)
     ways = 1e3 * aperture(fingertips, score.opposed)
@@ -373,10 +393,15 @@ def _apertures_mm(trial: _Trial, name: str) -> dict[str, float]:
         before = (times_s >= score.starts_s) & (times_s <= min(
             score.until_s, touched_s if contact else score.until_s))
         signal = trial.recording.signal(score.aperture, trial.number)
-        target = 1e3 * aperture(np.asarray(signal.values), score.opposed)
-        errors = ways[before] - held((signal.times_ns, target), _ns(times_s[before]))
-        metrics["rmse"] = rms_known(errors) if contact or not math.isnan(metrics["hold"]) else math.nan
-    return metrics
+        target = held((signal.times_ns, np.asarray(signal.values)), _ns(times_s[before]))
+        whole = bool(contact) or not math.isnan(metrics["hold"])
+        errors = ways[before] - 1e3 * aperture(target, score.opposed)
+        metrics["rmse"] = rms_known(errors) if whole else math.nan
+        if target.ndim == 3:
+            tips = [0, *(FINGERS.index(finger) for finger in score.opposed)]
+            apart = 1e3 * np.linalg.norm(fingertips[before][:, tips] - target[:, tips], axis=2)
+            return {"aperture_mm": metrics, "fingertip_placement_mm": rms_known(apart) if whole else math.nan}
+    return {"aperture_mm": metrics}
 
 
 def _effort(trial: _Trial) -> dict[str, Any]:

@@ -271,6 +271,7 @@ class GraspScore:
     fingertips: (5, 3), m.
     opposed: fingers whose tips' distances from the thumb's tip are averaged as the aperture.
     aperture: reference of the aperture, (), m, or fingertips (5, 3) that have it.
+    touching: digits, and "palm", that are meant to press on the object, once the hand closes.
     pulses: (channels, 2), A and s, or (channels,), C a phase, of a node that has a `frequency_hz`.
     activation, fitness: of the muscles, (29,).
     """
@@ -291,6 +292,7 @@ class GraspScore:
     fingertips: str | None = None
     opposed: tuple[str, ...] = ("F2", "F3")
     aperture: str | None = None
+    touching: tuple[str, ...] = ()
     pulses: str | None = None
     activation: str | None = None
     fitness: str | None = None
@@ -305,7 +307,7 @@ class GraspScore:
             value = getattr(self, key)
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise InputError(key, f"{value:g}", "a finite number above 0")
-        for key, others in (("target_n", ("forces",)), ("intended", ("angles",)),
+        for key, others in (("target_n", ("forces",)), ("touching", ("forces",)), ("intended", ("angles",)),
                             ("aperture", ("fingertips",)),
                             ("activation", ("forces", "fitness")),
                             ("hand_position", ("hand_orientation",)),
@@ -318,6 +320,11 @@ class GraspScore:
                 raise InputError("intended", f"{name!r}", ", ".join(FREEDOMS), did_you_mean(name, FREEDOMS))
         if not self.opposed or not set(self.opposed) <= set(FINGERS[1:]):
             raise InputError("opposed", f"{self.opposed}", "one or more of " + ", ".join(FINGERS[1:]))
+
+        for name in self.touching:
+            if name not in (*FINGERS, "palm"):
+                raise InputError("touching", f"{name!r}", ", ".join((*FINGERS, "palm")),
+                                 did_you_mean(name, (*FINGERS, "palm")))
 
     def signals(self) -> Iterator[tuple[str, str, tuple[Shape, ...]]]:
         """Key, name and valid shapes of every signal that is read."""

@@ -294,7 +294,9 @@ def test_of_a_trial_that_ended_before_the_hold_nothing_is_claimed_that_it_could_
 @pytest.mark.parametrize(("keys", "where"), [
     ({"starts_s": 5.0}, "starts_s"), ({"intended": ("F2",)}, "intended"), ({"needed_n": 0.0}, "needed_n"),
     ({"intended": ("F7",), "angles": "a"}, "intended"), ({"opposed": ("F1",)}, "opposed"),
-    ({"contact_n": math.nan}, "contact_n"), ({"target_n": "w"}, "target_n"), ({"aperture": "w"}, "aperture"),
+    ({"contact_n": math.nan}, "contact_n"), ({"target_n": "w"}, "target_n"),
+    ({"touching": ("F6",), "forces": "f"}, "touching"), ({"touching": ("F1",)}, "touching"),
+    ({"aperture": "w"}, "aperture"),
     ({"fitness": "f"}, "fitness"), ({"fitness": "f", "activation": "a"}, "activation")])
 def test_scores_that_cannot_be_are_named(keys, where):
     with pytest.raises(InputError) as fault:
@@ -314,3 +316,26 @@ def test_signals_that_do_not_fit_are_named_before_the_run():
         from_document(document)
     for words in ("score.grasp.object", "score.grasp.angles", "score.grasp.fingertips", "score.grasp.pulses"):
         assert words in str(fault.value)
+
+
+def test_fingertips_are_placed_where_others_say_but_for_their_distance():
+    tips = np.zeros((1000, 5, 3))
+    wanted = tips.copy()
+    wanted[:, 0], wanted[:, 1] = (0.003, 0.0, 0.0), (0.0, 0.0, 0.004)
+    wanted[:, 4] = 1.0  # is not opposed
+    metrics = grasp_metrics(recording(hand__tips=tips, r__tips=wanted),
+                            score(fingertips="hand.tips", aperture="r.tips", opposed=("F2",)))
+    assert metrics["fingertip_placement_mm"] == pytest.approx([math.sqrt((9.0 + 16.0) / 2.0)])
+
+
+def test_contact_is_unwanted_before_closing_and_then_of_other_parts():
+    """From .2 to .5 s by anything, and from 2 to 3.5 s by another finger; after the hold nothing counts."""
+    forces = on_parts(
+        F2d=np.where((TIMES_S >= 0.2) & (TIMES_S < 0.5) | (TIMES_S >= 1.0), 2.0, 0.0),
+        F4m=np.where((TIMES_S >= 2.0) & (TIMES_S < 3.5) | (TIMES_S > 8.0), 2.0, 0.0), palm=0.4)
+    found = grasp_metrics(recording(hand__forces=forces), score(forces="hand.forces", touching=("F1", "F2")))
+    assert found["unwanted_contact_s"] == pytest.approx([0.3 + 1.5])
+    wanted = grasp_metrics(recording(hand__forces=forces), score(forces="hand.forces", touching=("F2", "F4")))
+    assert wanted["unwanted_contact_s"] == pytest.approx([0.3])
+    usual = grasp_metrics(recording(hand__forces=forces), score(forces="hand.forces"))
+    assert "unwanted_contact_s" not in usual

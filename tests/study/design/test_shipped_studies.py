@@ -13,7 +13,7 @@ from fesloop.apps.cli.parser import make_parser
 
 FORMS = [(name, form) for name, forms in described_studies().items() for form in forms]
 WANTED = ["cohort_ilc", "dropout_map", "error_map", "grasp_latency_map", "latency_map", "persons",
-          "search_map", "tracker_map"]
+          "required_accuracy", "required_latency", "search_map", "tracker_map"]
 
 
 def told_once(cells):

@@ -216,3 +216,24 @@ def test_a_study_that_is_not_planned_yet_has_nothing(tmp_path):
     document = {"study": {"metrics": {"error_deg": "x"}}}
     results = load(write_cells(tmp_path / "a.sqlite", document, [], 1, None))
     assert (results.planned, results.axes, results.cells("error_deg"), results.summary()) == (0, {}, [], [])
+
+
+def test_bins_of_another_metric_hold_the_runs_between_their_edges(results):
+    edges = [4.0, 5.0, 6.0]
+    binned = results.binned("held", over="error_deg", edges=edges, at={"controller": "mpc"})
+    assert [row.levels for row in binned] == [{"error_deg": "4 to 5"}, {"error_deg": "5 to 6"}]
+    for row, low in zip(binned, edges, strict=False):
+        inside = (ERRORS[:, 1] >= low) & (ERRORS[:, 1] < low + 1.0)
+        held = np.arange(8) < 6
+        assert row.runs == inside.sum()
+        assert row.units == inside.any(axis=0).sum()
+        assert row.value == pytest.approx(held[inside.any(axis=0)].mean())
+        assert row.statistic == "share"
+
+
+@pytest.mark.parametrize(("over", "edges", "match"), [
+    ("error_deg", [1.0], "edges"), ("error_deg", [1.0, 1.0], "edges"), ("nothing", [0.0, 1.0], "nothing"),
+    ("held", [0.0, 1.0], "the metric itself")])
+def test_bins_that_cannot_be_are_named(results, over, edges, match):
+    with pytest.raises(InputError, match=match):
+        results.binned("held", over=over, edges=edges)

@@ -27,11 +27,13 @@ class KeptMetric:
     name: of the number in the study.
     path: keys of the number in a run's metrics.
     reduction: of a list to a number.
+    optional: whether some runs do not have it.
     """
 
     name: str
     path: tuple[str, ...]
     reduction: str = "last"
+    optional: bool = False
 
     @classmethod
     def parse(cls, name: str, text: str) -> KeptMetric:
@@ -40,17 +42,20 @@ class KeptMetric:
         if reduction and reduction not in _REDUCTIONS:
             raise InputError(f"metrics.{name}", f"{text!r}: unknown reduction {reduction!r}",
                              ", ".join(_REDUCTIONS), did_you_mean(reduction, _REDUCTIONS))
+        optional, path = path.endswith("?"), path.removesuffix("?")
         if not all(path.split(".")):
             raise InputError(f"metrics.{name}", f"{text!r}", "a path such as joints.MCP.joint_rmse_deg")
-        return cls(name, tuple(path.split(".")), reduction or "last")
+        return cls(name, tuple(path.split(".")), reduction or "last", optional)
 
     def of(self, metrics: Mapping[str, Any]) -> float | None:
         """The number in a run's metrics; None where it is missing or not finite.
 
-        Raises InputError where the path does not lead to a number.
+        Raises InputError where the path does not lead to a number, and is not optional.
         """
         value: Any = metrics
         for depth, part in enumerate(self.path):
+            if self.optional and isinstance(value, Mapping) and part not in value:
+                return None
             if not isinstance(value, Mapping) or part not in value:
                 known = list(value) if isinstance(value, Mapping) else []
                 raise InputError(f"study.metrics.{self.name}",

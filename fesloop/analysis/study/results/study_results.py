@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from fesloop.analysis.study.results.runs import (
     require_metric,
     run_table,
     sampled_axes,
+    selected,
 )
 from fesloop.analysis.study.store.reading import read_store, store_path
 from fesloop.errors import InputError
@@ -158,6 +160,29 @@ class StudyResults:
         named = [axis for axis in self._chosen_axes() if axis not in (at or {})] if by is None else by
         return estimates(self.axes, self.runs, sampled_axes(self.study, self.axes), metric, named, at or {},
                          statistic, confidence)
+
+    def binned(
+        self, metric: str, over: str, edges: Sequence[float], at: Mapping[str, Any] | None = None,
+        statistic: Statistic | None = None, confidence: float = 0.95,
+    ) -> list[Estimate]:
+        """A metric of the runs in which another metric, `over`, is between successive edges.
+
+        Such as the share that held by the tracker's error. The level of `over` reads "1 to 2": from an edge
+        to below the next. Runs beyond the edges, and bins without runs, are left out; other parameters and
+        errors are those of `cells`. Raises InputError for edges that do not increase, too.
+        """
+        for name in (metric, over):
+            require_metric(name, self.metrics)
+        if metric == over:
+            raise InputError("over", f"{over!r} is the metric itself", "another metric")
+        if len(edges) < 2 or not np.all(np.diff(edges) > 0.0):
+            raise InputError("edges", f"{list(edges)}", "two or more numbers that increase")
+        labels = [f"{low:g} to {high:g}" for low, high in pairwise(edges)]
+        runs = selected(self.axes, self.runs, at or {})
+        bins = extra("pandas").cut(runs[over], list(edges), right=False, labels=labels)
+        inside = runs.assign(**{over: bins})[bins.notna()].reset_index(drop=True)
+        return estimates({**self.axes, over: tuple(labels)}, inside, sampled_axes(self.study, self.axes),
+                         metric, [over], {}, statistic, confidence)
 
     def _chosen_axes(self) -> list[str]:
         """Axes whose levels are cells of their own: all but cohorts."""
