@@ -104,6 +104,7 @@ class JointTable:
     roots: (roots,), sensors that are no joint's child.
     names: names of the joints: those of the body, else "parent-child".
     unsensed: names of the body's joints without a sensor on both sides.
+    moved: (joints,), segment of the body that each joint moves; None without a body.
     """
 
     ends: NDArray[np.int64]
@@ -116,6 +117,7 @@ class JointTable:
     roots: NDArray[np.int64]
     names: tuple[str, ...]
     unsensed: tuple[str, ...] = ()
+    moved: NDArray[np.int64] | None = None
 
 
 def joint_table(joints: tuple[Joint, ...], sensors: int) -> JointTable:
@@ -210,8 +212,8 @@ def body_table(body: Body) -> JointTable:
     table = joint_table(joints_of(tree, names), len(names))
     moved = body.sensed[table.ends[:, 1]]
     first = tree.layout[moved, 2].copy()
-    first.flags.writeable = False
+    first.flags.writeable = moved.flags.writeable = False
     freedoms = tree.layout[:, 1]
     return replace(
         table, first_angle=first, angles=len(tree.ranges), names=tuple(body.joints[k] for k in moved),
-        unsensed=tuple(body.joints[k] for k in np.flatnonzero(~body.seen() & (freedoms > 0))))
+        unsensed=tuple(body.joints[k] for k in np.flatnonzero(~body.seen() & (freedoms > 0))), moved=moved)

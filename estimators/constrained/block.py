@@ -23,6 +23,7 @@ from estimators.body.body import (
     worn_as_stated,
 )
 from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
+from estimators.body.misalignment import misalignment
 from estimators.calibration.initial_pose import Rest, known_angles, ties_of
 from estimators.calibration.pose_evidence import (
     REMEDY,
@@ -201,6 +202,7 @@ class ConstrainedTracker:
     body: Body | None = field(init=False, repr=False, default=None)
     table: JointTable | None = field(init=False, repr=False, default=None)
     moving: Numbers | None = field(init=False, repr=False, default=None)
+    wrong: tuple[Array, Array] | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         if self.sensors < 0:
@@ -222,12 +224,19 @@ class ConstrainedTracker:
             if self.initial_pose_s:
                 raise InputError("initial_pose_s", f"{self.initial_pose_s:g} beside joints without a body",
                                  "0", "give the body: hand, sensed or segments")
-            object.__setattr__(self, "table", joint_table(self.joints or CHAIN5, self.sensors))
+            table = joint_table(self.joints or CHAIN5, self.sensors)
+            pair_sd, axis_sd = self._sds()
+            wrong = np.full(len(table.ends), pair_sd ** 2), np.full(len(table.ends), axis_sd ** 2)
+            object.__setattr__(self, "table", table)
+            object.__setattr__(self, "wrong", wrong)
             return
         body = body_of(self.sensors, self.hand, self.segments, self.sensed)
         known_angles(body.tree, self.initial_angles_deg)
         table = body_table(body)
-        for name, value in (("body", body), ("table", table), ("moving", moving_joints(body, table))):
+        whole = misalignment(body.tree, self.mounting_sd_deg, self.axis_sd_deg)
+        wrong = whole.pair[table.moved], whole.growing[table.moved]
+        for name, value in (("body", body), ("table", table), ("moving", moving_joints(body, table)),
+                            ("wrong", wrong)):
             object.__setattr__(self, name, value)
 
     @property
@@ -294,7 +303,7 @@ class ConstrainedTracker:
             doubt = np.hypot(doubt, state.watch.sizes[self.body.sensed[table.ends[:, 1]]])
         orientation, angles, sd, relative, worst = posture(
             state.roots.orientation(), q, covariance, doubt, table.roots, table.ends, table.kinds,
-            table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd)
+            table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd, *self._misalignment())
         if first or status_changed(worst, math.radians(self.uncertain_deg), state.status):
             report(worst, math.radians(self.uncertain_deg), state.status, table, first, tick)
         over = state.taken > state.pose_samples or not state.pose_samples
@@ -350,6 +359,12 @@ class ConstrainedTracker:
     def _sds(self) -> tuple[float, float]:
         """Sd of the relative mounting of two sensors, and of a joint's axes, rad."""
         return math.radians(self.mounting_sd_deg) * math.sqrt(2.0), math.radians(self.axis_sd_deg)
+
+    def _misalignment(self) -> tuple[Array, Array]:
+        """Variances `pair` and `growing` of each joint's misalignment, (joints,), rad^2."""
+        if self.wrong is None:
+            raise InputError("sensors", "0", "their number", "wire the tracker, or give it `sensors`")
+        return self.wrong
 
     def _unknown(self) -> Unknown:
         pose = None

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from estimators.body.joint_constraints import BALL, HINGE, SADDLE
+from estimators.body.misalignment import add_misalignment
 from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import (
@@ -71,7 +72,7 @@ def _allowed(q: Any, kind: int, axes: Any, share: float) -> Any:
 @compiled
 def posture(
     roots: Any, q: Any, covariance: Any, doubt: Any, root_of: Any, ends: Any, kinds: Any, axes: Any,
-    zero: Any, first_angle: Any, angles: int, pair_sd: float, axis_sd: float
+    zero: Any, first_angle: Any, angles: int, pair_sd: float, axis_sd: float, pair: Any, growing: Any
 ) -> Any:
     """Posture of the whole tree from its joint filters.
 
@@ -87,7 +88,9 @@ def posture(
     ends, kinds, axes, zero, first_angle: as in JointTable. angles: number of all angles.
     pair_sd, axis_sd: sds about each axis of one sensor's mounting relative to the other's, and of the joint's
         axes, rad.
+    pair, growing: (joints,), variances of misalignment, as in `estimators.body.misalignment`, rad^2.
     """
+    whole = np.empty((3, 3))
     orientation, relative = np.empty((roots.shape[0] + ends.shape[0], 4)), np.empty((ends.shape[0], 4))
     values, sds = np.zeros(angles), np.full(angles, math.pi)
     worst = np.zeros(ends.shape[0])
@@ -103,14 +106,14 @@ def posture(
             worst[j] = math.inf
             continue
         found, rows = joint_angles(between, kinds[j], axes[j], zero[j])
+        whole[:] = covariance[j, :3, :3]
+        add_misalignment(between, pair[j], growing[j], whole)
         for i in range(kinds[j] + 1):
             row = rows[i]
-            # A tilt of one axis of a saddle about the other is a rotation about the other.
-            variance = doubt[j] ** 2 + (0.5 * axis_sd ** 2 if kinds[j] == SADDLE else 0.0)
+            variance = doubt[j] ** 2
             for a in range(3):
                 for b in range(3):
-                    variance += row[a] * covariance[j, a, b] * row[b]
-                variance += (pair_sd * row[a]) ** 2
+                    variance += row[a] * whole[a, b] * row[b]
             sd = min(math.sqrt(variance), math.pi)
             values[first_angle[j] + i] = found[i]
             sds[first_angle[j] + i] = sd

@@ -20,6 +20,7 @@ from estimators.body.body import (
     stated_by,
     worn_as_stated,
 )
+from estimators.body.misalignment import misalignment
 from estimators.kortier.chain import Filters, Gates, new_filters
 from estimators.kortier.navigation import HandFilter, HandGates, new_hands
 from estimators.kortier.samples import Moment, Trust, no_moment
@@ -38,7 +39,8 @@ _UNKNOWN = STANDARD_GRAVITY
 """Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
 _USUAL = HandSize()
 _POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
-             "constraint_sd_deg", "acc_difference", "mag_difference_ut", "rate_limit", "still_rate",
+             "constraint_sd_deg", "mounting_sd_deg", "axis_sd_deg", "fusion_sd_deg",
+             "heading_sd_deg", "acc_difference", "mag_difference_ut", "rate_limit", "still_rate",
              "still_acc", "still_sd", "lost_rate_deg_s", "clipped_rate_deg_s", "gap_ms", "gyr_range_deg_s",
              "acc_range_g")
 
@@ -116,6 +118,13 @@ class KortierTracker:
         joint moves. With sd s, correlation time T and `bias_walk` w, errors of the rates show in the
         constraints after sqrt(s sqrt(2 T) / w): 10 s for 1 deg, 24 s for 5 deg. Sensors on soft pads, which
         rotate by several degrees while they move, need more: 5.
+    mounting_sd_deg, axis_sd_deg: sds of each sensor's mounting on its segment and of the tilt of joint axes,
+        about each axis (5 to 10 about any direction: S19, section 5). They make a forbidden angle constant,
+        not zero, and are added to the filters' covariance (`estimators.body.misalignment`).
+    fusion_sd_deg: sd of each segment's orientation in motion about each axis, which the filters' white noise
+        leaves out: soft tissue, scale of the gyroscopes, lever arms (chosen).
+    heading_sd_deg: sd of the heading of joints that are no hinges, where magnetometers are used: errors of
+        the field pass the gates for as long as they last (chosen).
     error_time_s: correlation time of the errors of constraint_sd_deg, lever_m and motion_sd, s; samples
         within it measure the same error again (chosen); 0: errors are white.
     acc_difference, mag_difference_ut, rate_limit: gates (eq. 27, 28) in m/s^2, uT, rad/s; the paper leaves
@@ -144,6 +153,10 @@ class KortierTracker:
     bias_sd_deg_s: float = 0.6
     angle_sd_deg: float = 10.0
     constraint_sd_deg: float = 1.0
+    mounting_sd_deg: float = 5.0
+    axis_sd_deg: float = 5.0
+    fusion_sd_deg: float = 1.5
+    heading_sd_deg: float = 5.0
     error_time_s: float = 0.2
     acc_difference: float = 0.5
     mag_difference_ut: float = 5.0
@@ -183,7 +196,8 @@ class KortierTracker:
             base = base_of(body, self.base, "" if self.segments else "hand")
             pose_of(body.tree, self.initial_angles_deg)
             object.__setattr__(self, "body", body)
-            object.__setattr__(self, "worn", worn_by(body, base))
+            wrong = misalignment(body.tree, self.mounting_sd_deg, self.axis_sd_deg, self.fusion_sd_deg)
+            object.__setattr__(self, "worn", worn_by(body, base, wrong))
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -215,7 +229,7 @@ class KortierTracker:
         body, worn = self._wearer()
         start = relative_orientations(body.tree, pose_of(body.tree, self.initial_angles_deg))
         filters = new_filters(worn.chains, start[worn.chains.segments], math.radians(self.angle_sd_deg),
-                              math.radians(self.bias_sd_deg_s))
+                              math.radians(self.bias_sd_deg_s), self.settings.gates.offset_sd)
         limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
         return KortierState(
             new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
@@ -253,8 +267,12 @@ class KortierTracker:
         radians = math.radians
         trust = Trust(self.gyr_sd, self.acc_sd, 1e-6 * self.mag_sd_ut, radians(self.lost_rate_deg_s),
                       radians(self.clipped_rate_deg_s), self.lever_m, self.error_time_s)
+        # A forbidden angle has the mounting of two sensors and the tilt of the joint's axes.
+        offset_sd = math.hypot(math.sqrt(2.0) * radians(self.mounting_sd_deg), radians(self.axis_sd_deg))
         gates = Gates(self.acc_difference, 1e-6 * self.mag_difference_ut, self.rate_limit,
-                      radians(self.constraint_sd_deg), self.error_time_s, self.bias_walk, 1e-3 * self.gap_ms)
+                      radians(self.constraint_sd_deg), offset_sd, self.error_time_s, self.bias_walk,
+                      1e-3 * self.gap_ms)
         own = HandGates(self.motion_sd, self.still_rate, self.still_acc, self.still_sd, _UNKNOWN,
                         radians(self.angle_sd_deg), radians(self.bias_sd_deg_s))
-        return Settings(trust, gates, own)
+        heading = radians(self.heading_sd_deg) ** 2 if self.magnetometers else 0.0
+        return Settings(trust, gates, own, heading)

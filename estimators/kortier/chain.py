@@ -153,7 +153,9 @@ class Gates(NamedTuple):
     ----------
     acc_difference, mag_difference: greatest difference of the magnitudes of a pair, m/s^2 and T (eq. 27).
     rate: greatest rate of either segment of a pair of accelerometers, rad/s (eq. 28).
-    constraint_sd, error_time_s: sd of a joint's forbidden angles, rad, and correlation time of that error, s.
+    constraint_sd, error_time_s: sd of the changes of a joint's forbidden angles, rad, and their correlation
+        time, s.
+    offset_sd: sd of the constant part of a forbidden angle, rad.
     walk: random walk of a bias, rad/s after a second.
     gap_s: time without a sound gyroscope sample after which a segment is unseen.
     """
@@ -162,6 +164,7 @@ class Gates(NamedTuple):
     mag_difference: float
     rate: float
     constraint_sd: float
+    offset_sd: float
     error_time_s: float
     walk: float
     gap_s: float
@@ -174,12 +177,15 @@ class Filters(NamedTuple):
     ----------
     q: (joints, 4), child to parent; bias: (places, 3), rad/s.
     covariance: (entries,), of the error state of each chain (joints, then biases), row by row.
+    offset, offset_variance: (joints, 3), constant part of each forbidden angle, rad, and its variance.
     seen: (joints,), whether both segments of a joint are seen; begun: (joints,), whether they ever were.
     """
 
     q: Array
     bias: Array
     covariance: Array
+    offset: Array
+    offset_variance: Array
     seen: NDArray[np.bool_]
     begun: NDArray[np.bool_]
 
@@ -193,6 +199,8 @@ class Chain(NamedTuple):
     q: Any
     bias: Any
     covariance: Any
+    offset: Any
+    offset_variance: Any
     seen: Any
     rates: Any
     gyr_variance: Any
@@ -201,7 +209,9 @@ class Chain(NamedTuple):
     acc_variance: Any
 
 
-def new_filters(chains: Chains, q: Array, angle_sd: float, bias_sd: float) -> Filters:
+def new_filters(
+    chains: Chains, q: Array, angle_sd: float, bias_sd: float, offset_sd: float
+) -> Filters:
     """Create filters with the initial rotations q (joints, 4)."""
     covariances = []
     for joints in np.diff(chains.first):
@@ -211,6 +221,7 @@ def new_filters(chains: Chains, q: Array, angle_sd: float, bias_sd: float) -> Fi
     return Filters(
         q=q.copy(), bias=np.zeros((chains.sensors.size, 3)),
         covariance=np.concatenate([np.empty(0), *covariances]),
+        offset=np.zeros((len(q), 3)), offset_variance=np.full((len(q), 3), offset_sd ** 2),
         seen=np.zeros(len(q), dtype=np.bool_), begun=np.zeros(len(q), dtype=np.bool_))
 
 
@@ -242,7 +253,8 @@ def track_chains(
         places = slice(chains.first[c] + c, chains.first[c + 1] + c + 1)
         chain = Chain(
             at[places], chains.freedoms[joints], chains.axes[joints], filters.q[joints], filters.bias[places],
-            covariance_of(c, chains, filters), filters.seen[joints], rates[places], gyr_variance[places],
+            covariance_of(c, chains, filters), filters.offset[joints], filters.offset_variance[joints],
+            filters.seen[joints], rates[places], gyr_variance[places],
             acc[places], steady[places], acc_variance[places])
         changed |= _look(chain, moment, gates, filters.begun[joints])
         _track(chain, moment, elapsed, gates, work)
@@ -309,7 +321,7 @@ def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Wor
                 freedoms[k] = BALL
         count = add_accelerations(chain.acc, chain.steady, chain.acc_variance, used, count, work)
         variance = repeats(gates.error_time_s, elapsed[1]) * gates.constraint_sd ** 2
-        count = add_constraints(freedoms, chain.axes, variance, count, work)
+        count = _constrain(chain, freedoms, variance, count, work)
     if elapsed[2] > 0.0 and chain.seen.all():
         base, tip = chain.sensors[0], chain.sensors[joints]
         variance = moment.mag_variance[base] + moment.mag_variance[tip]
@@ -317,6 +329,30 @@ def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Wor
         if variance < math.inf and difference < gates.mag_difference:
             count = add_field(moment.mag[base], moment.mag[tip], joints, variance, count, work)
     return count
+
+
+@compiled
+def _constrain(chain: Chain, freedoms: Any, variance: float, count: int, work: Work) -> int:
+    """Add rows of joint constraints less their offsets, update the offsets; return the number of rows.
+
+    Mounting and tilted axes make a forbidden angle constant, not zero. Each row's innovation is shared
+    between the joint's rotation, with variance h P h', and its offset; their correlation is neglected.
+    """
+    stop = add_constraints(freedoms, chain.axes, variance, count, work)
+    for k in range(freedoms.size):
+        for forbidden in range(3 - freedoms[k]):
+            known, row, at = 0.0, work.design[count], 3 * k
+            for i in range(at, at + 3):
+                for j in range(at, at + 3):
+                    known += row[i] * chain.covariance[i, j] * row[j]
+            own = chain.offset_variance[k, forbidden]
+            share = own / (known + own + variance)
+            work.residual[count] -= chain.offset[k, forbidden]
+            work.variance[count] += own
+            chain.offset[k, forbidden] += share * work.residual[count]
+            chain.offset_variance[k, forbidden] -= share * own
+            count += 1
+    return stop
 
 
 @compiled

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.body.body import UNSEEN_SD, Body, chain_up, fill_lever, place_tips
+from estimators.body.misalignment import Misalignment, add_misalignment, add_to_tips
 from estimators.kortier.chain import Filters, Gates, covariance_of, track_chains
 from estimators.kortier.navigation import HandFilter, HandGates, track_hands
 from estimators.kortier.samples import Moment, Trust, take
 from estimators.kortier.tree import Chains, chains_of
 from fesloop.compiled import compiled
+from fesloop.hand.kinematics_kernels import turned
 from fesloop.hand.quaternion_kernels import (
     Components,
     conjugate,
@@ -26,14 +28,21 @@ from fesloop.loop.block import Tick
 
 
 @compiled
-def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
+def put_angles(
+    chains: Chains, filters: Filters, wrong: Misalignment, orientation: Any, heading: float, angles: Any,
+    sds: Any
+) -> None:
     """Fill angles and sds (freedoms,), rad, with 0 and pi for joints that are not seen.
+
+    To the filters' covariance come the variances of what they do not estimate: misalignment, and a `heading`,
+    rad^2, about the vertical, of joints that are no hinges; orientation (n, 4), sensors to earth.
 
     With R = R_f(f) R_a(a) R_p(p) about the joint's axes, dth = R'f df + R_p'a da + p dp, which is solved
     for the angles' errors; f, a, p take the places of z, x, y.
     """
     angles[:] = 0.0
     sds[:] = UNSEEN_SD
+    whole = np.empty((3, 3))
     for chain in range(chains.first.size - 1):
         covariance = covariance_of(chain, chains, filters)
         for k in range(chains.first[chain], chains.first[chain + 1]):
@@ -46,10 +55,18 @@ def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
             values = (euler_z_of_zxy(q), a, p)
             rows = ((-sine / upright, 0.0, cosine / upright), (cosine, 0.0, sine),
                     (sine * tilt, 1.0, -cosine * tilt))
-            at = 3 * (k - chains.first[chain])
+            at, segment = 3 * (k - chains.first[chain]), chains.segments[k]
+            whole[:] = covariance[at:at + 3, at:at + 3]
+            add_misalignment(filters.q[k], wrong.pair[segment], wrong.growing[segment], whole)
+            if chains.freedoms[k] > 1:
+                o = orientation[chains.sensors[k + chain + 1]]
+                up = turned(conjugate((o[0], o[1], o[2], o[3])), 0.0, 0.0, 1.0)
+                for i in range(3):
+                    for j in range(3):
+                        whole[i, j] += heading * up[i] * up[j]
             for i in range(chains.freedoms[k]):
                 angles[chains.first_angle[k] + i] = values[i]
-                variance = _variance(rows[i], chains.axes[k], covariance[at:at + 3, at:at + 3])
+                variance = _variance(rows[i], chains.axes[k], whole)
                 sds[chains.first_angle[k] + i] = min(math.sqrt(variance), UNSEEN_SD)
 
 
@@ -115,16 +132,18 @@ def _store(row: Any, q: Components) -> None:
 
 @compiled
 def put_fingertips(
-    layout: Any, geometry: Any, tips: Any, chains: Chains, filters: Filters, relative: Any, fingertips: Any,
-    sds: Any
+    layout: Any, geometry: Any, tips: Any, sensors: Any, chains: Chains, filters: Filters,
+    wrong: Misalignment, heading: float, up: Any, relative: Any, fingertips: Any, sds: Any
 ) -> None:
     """Fill fingertips and their sds (t, 3), m, in the root's frame.
 
     Errors of joints in one chain have the covariance of its filter, those in different chains are assumed
-    independent. An unseen joint is taken as straight, with an sd of pi about each of its axes.
+    independent. An unseen joint is taken as straight, with an sd of pi about each of its axes. The mounting
+    of the sensors and, for each joint that is no hinge, a heading error of this variance, rad^2, are added.
 
     Parameters
     ----------
+    sensors: (segments,), as in Body. up: (3,), the vertical in the root's frame.
     relative: (segments, 4), child to parent; unseen joints are set straight.
     """
     count = layout.shape[0]
@@ -150,8 +169,21 @@ def put_fingertips(
                 _add_unseen(levers[i], geometry[path[i]], layout[path[i], 1], sds[t])
             else:
                 _add_seen(levers, path, i, chains, filters, sds[t])
+                if chains.freedoms[joint] > 1:
+                    _add_heading(orientations[path[i]], up, levers[i], heading, sds[t])
+    add_to_tips(layout, geometry, orientations, positions, tips, sensors, wrong, sds)
+    for t in range(tips.size):
         for x in range(3):
             sds[t, x] = math.sqrt(sds[t, x])
+
+
+@compiled
+def _add_heading(q: Any, up: Any, lever: Any, heading: float, variance: Any) -> None:
+    """Add the variance of a tip by a rotation about the vertical; q (4,), segment to root."""
+    own = turned(conjugate((q[0], q[1], q[2], q[3])), up[0], up[1], up[2])
+    for x in range(3):
+        moved = lever[x, 0] * own[0] + lever[x, 1] * own[1] + lever[x, 2] * own[2]
+        variance[x] += heading * moved * moved
 
 
 @compiled
@@ -192,6 +224,7 @@ class Worn(NamedTuple):
     magnetometers: (n,), whether each is read: those of each chain's base and tip, and of `chains.held`.
     held_sensors: (parts,), sensors of the segments in `chains.held`.
     base: the part whose position and velocity are outputs.
+    wrong: misalignment of sensors and joints.
     """
 
     layout: Numbers
@@ -202,14 +235,16 @@ class Worn(NamedTuple):
     held_sensors: Numbers
     base: int
     chains: Chains
+    wrong: Misalignment
 
 
 class Settings(NamedTuple):
-    """Parameters of the filters."""
+    """Parameters of the filters; `heading`: variance of the field's direction between segments, rad^2."""
 
     trust: Trust
     gates: Gates
     own: HandGates
+    heading: float
 
 
 class Posture(NamedTuple):
@@ -220,7 +255,7 @@ class Posture(NamedTuple):
     fingertips: Array
 
 
-def worn_by(body: Body, base: int) -> Worn:
+def worn_by(body: Body, base: int, wrong: Misalignment) -> Worn:
     """Create the arrays of a body whose segment `base` has its position tracked."""
     chains = chains_of(body, base)
     number = np.arange(len(chains.first) - 1)
@@ -232,7 +267,7 @@ def worn_by(body: Body, base: int) -> Worn:
     for array in (read, tracked):
         array.flags.writeable = False
     return Worn(body.tree.layout, body.tree.geometry, body.sensors, body.tips, read, tracked,
-                int(chains.part_of[base]), chains)
+                int(chains.part_of[base]), chains, wrong)
 
 
 @compiled
@@ -246,16 +281,28 @@ def track(
     ----------
     samples, codes, elapsed, period: as in `estimators.kortier.samples.take`.
     """
-    trust, gates, own = settings
+    trust, gates, own, heading = settings
     take(samples, codes, elapsed, period, trust, moment)
     track_hands(hands, worn.held_sensors, moment, elapsed, gates, own)
     joints = track_chains(worn.chains, filters, moment, elapsed, gates)
     relative = np.empty((worn.layout.shape[0], 4))
     put_orientations(worn.layout, worn.sensors, worn.chains, filters, hands.q, relative, posture.orientation)
-    put_angles(worn.chains, filters, posture.angles[0], posture.angles[1])
-    put_fingertips(worn.layout, worn.geometry, worn.tips, worn.chains, filters, relative,
+    put_angles(worn.chains, filters, worn.wrong, posture.orientation, heading, posture.angles[0],
+               posture.angles[1])
+    put_fingertips(worn.layout, worn.geometry, worn.tips, worn.sensors, worn.chains, filters, worn.wrong,
+                   heading, _vertical(worn, posture.orientation), relative,
                    posture.fingertips[0], posture.fingertips[1])
     return joints
+
+
+@compiled
+def _vertical(worn: Worn, orientation: Any) -> Any:
+    """The vertical in the frame of the tree's root, or of the innermost segment with a sensor."""
+    for k in range(worn.sensors.size):
+        if worn.sensors[k] >= 0:
+            o = orientation[worn.sensors[k]]
+            return turned(conjugate((o[0], o[1], o[2], o[3])), 0.0, 0.0, 1.0)
+    return 0.0, 0.0, 1.0
 
 
 def report_unseen(

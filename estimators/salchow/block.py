@@ -15,9 +15,10 @@ A joint is seen when both its segments have a sensor with valid samples. Other j
 "untracked", with angle 0 and sd pi, and as "tracked" when they are seen again. Joints between the root and
 the first sensor (with 16 sensors the wrist) count as neutral, and the fingertips' sd leaves them out.
 
-The paper has no measure of quality; the sds here are a model. The rotation of each joint has an error of
-`mounting_sd_deg` about any axis (mounting of the sensors) and a heading error about the vertical. The sd of
-an angle follows from both, that of a fingertip from the joints before it, assumed independent. Forbidden
+The paper has no measure of quality; the sds here are a model. The rotation of each joint has an error from
+the mounting of its two sensors and from tilted axes (`estimators.body.misalignment`), and a heading error
+about the vertical. The sd of an angle follows from both, that of a fingertip from the joints before it,
+assumed independent. Forbidden
 angles of a joint are assumed to be exactly zero, and a clipped angle keeps its sd. The model does not include
 wrong lengths, soft tissue in motion and a disturbed magnetic field.
 
@@ -68,6 +69,8 @@ class _Tracker:
     tau_acc_s: float | None = None
     acc_every: int = 1
     mounting_sd_deg: float = 5.0
+    axis_sd_deg: float = 5.0
+    fusion_sd_deg: float = 2.0
     untracked_deg_s: float = 120.0
     gap_ms: float = 100.0
     gyr_range_deg_s: float = 2000.0
@@ -112,7 +115,10 @@ class SalchowB(_Tracker):
     tau_acc_s, tau_mag_s: time constants of its corrections, s (for "seel_ruppin": halving times of an error);
         None: its authors' values.
     acc_every, mag_every: ticks between samples of the accelerometers, and of the magnetometers.
-    mounting_sd_deg: sd of the sensors' mounting on their segments, deg (5 to 10: S19, section 5).
+    mounting_sd_deg, axis_sd_deg: sds of each sensor's mounting on its segment and of the tilt of joint axes,
+        about each axis, deg (5 to 10 about any direction: S19, section 5).
+    fusion_sd_deg: sd of a fused orientation in motion about each axis, deg (recordings of BROAD: .6 to 5 in
+        all; chosen within).
     heading_sd_deg: sd of a magnetometer's heading relative to its neighbour's, deg (chosen; no sensor
         measures it).
     untracked_deg_s: rms rate of a segment whose samples are missing, or in excess of clipped ones (chosen:
@@ -150,12 +156,14 @@ class SalchowM1(_Tracker):
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, tau_mag_s, acc_every, mag_every: as in SalchowB.
-    mounting_sd_deg, heading_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
+    mounting_sd_deg, axis_sd_deg, fusion_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in
+        SalchowB.
     initial_pose_s: duration of the initial pose, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
     initial_angles_deg: the pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
     pose_sd_deg: sd of each joint's rotation in the pose about any axis, deg (chosen: what a goniometer does).
     pose_limits: limits of the sensors' readings in the pose.
     evidence: tests of the pose against what the sensors show of it.
+    heading_sd_deg: as in SalchowB; less, as the pose removes what is constant (chosen).
     """
 
     tau_mag_s: float | None = None
@@ -165,7 +173,7 @@ class SalchowM1(_Tracker):
     pose_sd_deg: float = 5.0
     pose_limits: InitialPoseLimits = _USUAL_LIMITS
     evidence: PoseEvidence = _USUAL_EVIDENCE
-    heading_sd_deg: float = 10.0
+    heading_sd_deg: float = 5.0
 
     @property
     def needs_stillness(self) -> str:
@@ -192,7 +200,8 @@ class SalchowM2(_Tracker):
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every: as in SalchowB.
-    mounting_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in SalchowB.
+    mounting_sd_deg, axis_sd_deg, fusion_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in
+        SalchowB.
     initial_pose_s, initial_angles_deg, pose_sd_deg, pose_limits, evidence: as in SalchowM1.
     drift_deg_s: sd of the rate at which neighbours' headings diverge, deg/s (chosen: two biases known to
         within an instability of 10 deg/h, usual for MEMS).

@@ -22,6 +22,7 @@ from estimators.body.body import (
     place_tips,
     spread_tips,
 )
+from estimators.body.misalignment import Misalignment, add_misalignment, misalignment
 from estimators.calibration.initial_pose import (
     KEEP_STILL,
     NO_SAMPLE,
@@ -65,8 +66,9 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock, StampClock
 from fesloop.loop.signals import Port, Sample, Value
 
-_POSITIVE = ("tau_acc_s", "tau_mag_s", "mounting_sd_deg", "heading_sd_deg", "drift_deg_s", "untracked_deg_s",
-             "gap_ms", "gyr_range_deg_s", "acc_range_g", "initial_pose_s", "pose_sd_deg")
+_POSITIVE = ("tau_acc_s", "tau_mag_s", "mounting_sd_deg", "axis_sd_deg", "fusion_sd_deg",
+             "heading_sd_deg", "drift_deg_s", "untracked_deg_s", "gap_ms", "gyr_range_deg_s", "acc_range_g",
+             "initial_pose_s", "pose_sd_deg")
 
 
 class InitialPose(NamedTuple):
@@ -88,7 +90,8 @@ class Method(NamedTuple):
     every: ticks between samples of the accelerometers, and of the magnetometers.
     magnetometer: whether magnetometers are used. pose: the initial pose, or None.
     constrained: whether joint constraints are applied.
-    mounting_sd, heading_sd: rad. drift: rad/s. unseen_rate: rad/s. gap_s: s.
+    mounting_sd_deg, axis_sd_deg, fusion_sd_deg: deg.
+    heading_sd: rad. drift: rad/s. unseen_rate: rad/s. gap_s: s.
     limits: magnitudes above which samples count as clipped, rad/s, m/s^2, T.
     """
 
@@ -99,7 +102,9 @@ class Method(NamedTuple):
     magnetometer: bool
     pose: InitialPose | None
     constrained: bool
-    mounting_sd: float
+    mounting_sd_deg: float
+    axis_sd_deg: float
+    fusion_sd_deg: float
     heading_sd: float
     drift: float
     unseen_rate: float
@@ -158,7 +163,8 @@ def method_of(tracker: Any, *, magnetometer: bool) -> Method:
         front_end=tracker.front_end, tau_acc_s=tracker.tau_acc_s,
         tau_mag_s=tracker.tau_mag_s if magnetometer else None,
         every=(tracker.acc_every, tracker.mag_every if magnetometer else 1), magnetometer=magnetometer,
-        pose=pose, constrained=pose is not None, mounting_sd=radians(tracker.mounting_sd_deg),
+        pose=pose, constrained=pose is not None, mounting_sd_deg=tracker.mounting_sd_deg,
+        axis_sd_deg=tracker.axis_sd_deg, fusion_sd_deg=tracker.fusion_sd_deg,
         heading_sd=radians(tracker.heading_sd_deg) if magnetometer else 0.0,
         drift=0.0 if magnetometer else radians(tracker.drift_deg_s),
         unseen_rate=radians(tracker.untracked_deg_s), gap_s=1e-3 * tracker.gap_ms,
@@ -196,6 +202,7 @@ class SalchowState:
     unseen: joints last reported as untracked; None before the first tick.
     plausible: check for angles that no joint can have.
     counted: (m,), whether each joint's uncertainty adds to that of the fingertips.
+    wrong: misalignment of sensors and joints.
     ticks: number of the next tick.
     """
 
@@ -213,6 +220,7 @@ class SalchowState:
     posed: NDArray[np.bool_]
     seen: NDArray[np.bool_]
     counted: NDArray[np.bool_]
+    wrong: Misalignment
     plausible: ImplausibleAngles
     unseen: tuple[str, ...] | None = None
     aligned_ns: int | None = None
@@ -241,6 +249,7 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
         ties=ties_of(body, angles, np.ones(n, dtype=np.bool_)),
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
         seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body), plausible=of_tree(body.tree),
+        wrong=misalignment(body.tree, method.mounting_sd_deg, method.axis_sd_deg, method.fusion_sd_deg),
         watch=_watch_of(body, angles, method))
 
 
@@ -399,15 +408,15 @@ def allowed(axes: Array, ranges: Array, freedoms: int, first: int, angles: Array
 
 @compiled
 def spread_joint(
-    turns: tuple[Triple, Triple, Triple], freedoms: int, upright: Triple, tilt: float, heading: float,
-    constrained: bool, first: int, sd: Array, covariance: Array
+    turns: tuple[Triple, Triple, Triple], freedoms: int, error: Array, constrained: bool, first: int,
+    sd: Array, covariance: Array
 ) -> None:
     """Fill `sd` (d,) of a joint's angles from `first`, rad, and `covariance` (3, 3) of its rotation, rad^2.
 
     Parameters
     ----------
-    turns: as in `joint_turns`. upright: the vertical in the child's frame.
-    tilt, heading: variances, rad^2. constrained: whether forbidden angles are known to be zero.
+    turns: as in `joint_turns`. error: (3, 3), covariance of the measured rotation, in the child's frame.
+    constrained: whether forbidden angles are known to be zero.
     """
     rows = (_cross(turns[1], turns[2]), _cross(turns[2], turns[0]), _cross(turns[0], turns[1]))
     volume = _dot(turns[0], rows[0])
@@ -415,12 +424,13 @@ def spread_joint(
     scale = volume / (volume * volume + 1e-6)
     for a in range(3):
         for b in range(3):
-            covariance[a, b] = 0.0 if constrained else heading * upright[a] * upright[b]
-        covariance[a, a] += 0.0 if constrained else tilt
+            covariance[a, b] = 0.0 if constrained else error[a, b]
     for i in range(freedoms):
         for j in range(freedoms):
-            shared = scale * scale * (tilt * _dot(rows[i], rows[j])
-                                      + heading * _dot(rows[i], upright) * _dot(rows[j], upright))
+            shared = 0.0
+            for a in range(3):
+                for b in range(3):
+                    shared += scale * scale * rows[i][a] * error[a, b] * rows[j][b]
             if i == j:
                 sd[first + i] = min(math.sqrt(shared), UNSEEN_SD)
             if constrained:
@@ -432,8 +442,9 @@ def spread_joint(
 @compiled
 def posture(
     layout: Numbers, geometry: Array, ranges: Array, sensors: Numbers, counted: Flags, tips: Numbers,
-    fused: Array, headings: Array, seen: Flags, constrained: bool, tilt: float, heading: float, gaps: Array,
-    orientation: Array, angles: Array, sd: Array, fingertips: Array, fingertip_sd: Array
+    fused: Array, headings: Array, seen: Flags, constrained: bool, wrong: Misalignment, tilt: float,
+    heading: float, gaps: Array, orientation: Array, angles: Array, sd: Array, fingertips: Array,
+    fingertip_sd: Array
 ) -> None:
     """Fill the output arrays of a tracker.
 
@@ -442,14 +453,15 @@ def posture(
     counted: (m,), whether each joint's uncertainty adds to that of the fingertips.
     fused: (n, 4), sensor to earth. headings: (n, 2), cosine and sine of half the heading correction.
     seen: (m,), whether each joint is seen. constrained: whether joint constraints are applied.
-    tilt, heading: variances of a segment's orientation relative to its parent's, rad^2, about any axis and,
-        in addition, about the vertical.
+    wrong: misalignment of sensors and joints.
+    tilt, heading: further variances of a segment's orientation relative to its parent's, rad^2, about any
+        axis and about the vertical.
     gaps: (n, 2), further variances of each sensor's inclination and heading, rad^2.
     orientation: (n, 4), segment to earth; angles, sd: (d,), rad; fingertips, fingertip_sd: (t, 3), m.
     """
     count = layout.shape[0]
     relative, to_root, own = np.empty((count, 4)), np.empty((count, 4)), np.empty(fused.shape)
-    places, covariance = np.zeros((count, 3)), np.empty((count, 3, 3))
+    places, covariance, error = np.zeros((count, 3)), np.empty((count, 3, 3)), np.empty((3, 3))
     for s in range(fused.shape[0]):
         turn = (headings[s, 0], 0.0, 0.0, headings[s, 1])
         own[s, 0], own[s, 1], own[s, 2], own[s, 3] = multiply(turn, _unit(fused[s]))
@@ -478,11 +490,14 @@ def posture(
                 orientation[child, i] = now[i]
         for i in range(4):
             relative[k, i] = measured[i]
-        spread_joint(joint_turns(axes, q), freedoms,
-                     turned(conjugate(_unit(own[child])), 0.0, 0.0, 1.0),
-                     tilt + gaps[above, 0] + gaps[child, 0],
-                     heading + gaps[above, 1] + gaps[child, 1],
-                     constrained, first, sd, covariance[k])
+        upright = turned(conjugate(_unit(own[child])), 0.0, 0.0, 1.0)
+        about_vertical = heading + gaps[above, 1] + gaps[child, 1]
+        for i in range(3):
+            for j in range(3):
+                error[i, j] = about_vertical * upright[i] * upright[j]
+            error[i, i] += tilt + gaps[above, 0] + gaps[child, 0]
+        add_misalignment(relative[k], wrong.pair[k], wrong.growing[k], error)
+        spread_joint(joint_turns(axes, q), freedoms, error, constrained, first, sd, covariance[k])
     chain_up(layout, relative, to_root)
     place_tips(layout, geometry, to_root, tips, places, fingertips)
     spread_tips(layout, geometry, to_root, places, covariance, tips, fingertip_sd)
@@ -581,7 +596,8 @@ def _align(
     found = faults(state.record, rest, body, pose.limits, needed)
     if found:
         return found, ""
-    wrong = against_gravity(body, inclinations(body, ties, rest, method.mounting_sd, pose.sd), pose.evidence)
+    mounting_sd = math.radians(method.mounting_sd_deg)
+    wrong = against_gravity(body, inclinations(body, ties, rest, mounting_sd, pose.sd), pose.evidence)
     if wrong:
         return [], wrong.text
     state.bank.begin(rest.present, rest.bias, rest.acc, rest.mag, needed)
@@ -609,7 +625,7 @@ def _watch(state: SalchowState, body: Body, method: Method, watch: ReleaseWatch,
         watch.begin(rotations, tick.time_ns)
         return
     gaps = state.gaps.sum(axis=1)
-    variance = (2.0 * method.mounting_sd**2 + _heading_sd(method, elapsed_s)**2
+    variance = (2.0 * math.radians(method.mounting_sd_deg)**2 + _heading_sd(method, elapsed_s)**2
                 + gaps[sensors] + gaps[sensors[tree.layout[:, 0]]])
     wrong = watch.note(rotations, variance, state.seen, tick.time_ns)
     if wrong:
@@ -627,7 +643,7 @@ def _posture(
     if state.watch is not None and state.aligned_ns is not None \
             and tick.time_ns - state.aligned_ns <= state.watch.lasts_ns:
         _watch(state, body, method, state.watch, fused, elapsed_s, tick)
-    tilt = UNSEEN_SD if state.failing else method.mounting_sd
+    tilt = UNSEEN_SD if state.failing else 0.0
     heading = min(_heading_sd(method, elapsed_s), UNSEEN_SD)
     freedoms, tips = len(tree.ranges), len(body.tips)
     arrays = (np.empty((len(fused), 4)), np.empty(freedoms), np.empty(freedoms), np.empty((tips, 3)),
@@ -637,7 +653,8 @@ def _posture(
         gaps = gaps.copy()
         gaps[:, 0] += state.watch.sizes[body.sensed] ** 2
     posture(tree.layout, tree.geometry, tree.ranges, body.sensors, state.counted, body.tips, fused,
-            state.headings, state.seen, method.constrained, tilt ** 2, heading ** 2, gaps, *arrays)
+            state.headings, state.seen, method.constrained, state.wrong, tilt ** 2, heading ** 2,
+            gaps, *arrays)
     if elapsed_s > 0.0:
         state.plausible.note(arrays[1], tick)
     return *arrays, aligned_value(not state.contradicted)

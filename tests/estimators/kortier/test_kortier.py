@@ -43,6 +43,10 @@ def finger(base=TILTED, depth_deg=(50.0, 60.0, 30.0), seed=0, times=TIMES):
     mag = quaternion.rotate(quaternion.conjugate(attitude), FIELD) + 3e-7 * rng.normal(size=gyr.shape)
     return gyr, acc + 4e-2 * rng.normal(size=acc.shape), mag, true, attitude
 
+EXACT = {"mounting_sd_deg": 1e-3, "axis_sd_deg": 1e-3, "heading_sd_deg": 1e-3,
+         "fusion_sd_deg": 1e-3}
+"""Priors of a body whose sensors and joints are exactly where they are assumed."""
+
 
 def tracker(**changed):
     return KortierTracker(**{"sensors": 4, "segments": FINGER, "initial_angles_deg": START, **changed})
@@ -69,7 +73,7 @@ def test_where_flexion_is_about_the_vertical_the_uncertainty_says_so():
 
 def test_a_wrong_start_is_corrected_and_its_uncertainty_covers_it():
     gyr, acc, mag, true, _ = finger(depth_deg=(0.0, 0.0, 0.0))
-    straight = tracker(initial_angles_deg={}, angle_sd_deg=20.0)
+    straight = tracker(**EXACT, initial_angles_deg={}, angle_sd_deg=20.0)
     (_, angles, *_), _, _ = run_tracker(straight, gyr, acc, mag)
     assert np.degrees(np.abs(angles[0, FLEXION] - true[0])).max() > 0.05
     assert np.degrees(np.abs(angles[-1, FLEXION] - true[-1])).max() < 1.5
@@ -117,7 +121,7 @@ def run_at_200_hz(block, gyr, acc, mag, held):
 
 def test_slower_accelerometers_are_taken_once_a_sample():
     still = [kind[:40] for kind in finger(PALM_DOWN, (0.0, 0.0, 0.0))[:3]]
-    block = tracker(angle_sd_deg=20.0, lever_m=0.0, error_time_s=0.0)
+    block = tracker(**EXACT, angle_sd_deg=20.0, lever_m=0.0, error_time_s=0.0)
     (_, _, once, *_), reports = run_at_200_hz(block, *still, held=True)
     (_, _, twice, *_), _ = run_at_200_hz(block, *still, held=False)
     assert reports == []
@@ -152,17 +156,17 @@ def test_without_a_magnetometer_wired():
 
 def test_short_losses_and_clipping_are_flagged_and_widen_the_uncertainty():
     gyr, acc, mag, true, _ = finger()
-    clean = run_tracker(tracker(), gyr, acc, mag)[0]
+    clean = run_tracker(tracker(**EXACT), gyr, acc, mag)[0]
     spoilt, full = gyr.copy(), gyr.copy()
     spoilt[300:304, 2] = np.nan
     full[300:304, 2, 2] = np.radians(2000.0)
     for wrong, status in ((spoilt, "lost_sample"), (full, "clipped_sample")):
-        (_, angles, sd, *_), reports, _ = run_tracker(tracker(), wrong, acc, mag)
+        (_, angles, sd, *_), reports, _ = run_tracker(tracker(**EXACT), wrong, acc, mag)
         assert reports == [(status, "gyr of sensor 2"),
                            ("samples_valid", "every sensor gives sound samples again")]
         assert (sd[303, 2:] > 1.2 * clean[2][303, 2:]).all()
         assert np.isfinite(angles).all()
-    (_, angles, *_), _, _ = run_tracker(tracker(), spoilt, acc, mag)
+    (_, angles, *_), _, _ = run_tracker(tracker(**EXACT), spoilt, acc, mag)
     assert np.degrees(np.abs(angles[-1, FLEXION] - true[-1])).max() < 6.0
 
 

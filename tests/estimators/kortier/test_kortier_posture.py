@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from estimators.body.body import body_of
+from estimators.body.misalignment import misalignment
 from estimators.kortier.chain import covariance_of, new_filters
 from estimators.kortier.tick import put_angles, put_fingertips, put_orientations
 from estimators.kortier.tree import chains_of
@@ -32,7 +33,7 @@ def tilted_tree(rng):
 def filters_at(body, angles, rng):
     """Chains and their filters at a posture, every joint seen, with covariances that couple everything."""
     chains = chains_of(body, body.tree.index("hand"))
-    filters = new_filters(chains, relative_orientations(body.tree, angles)[chains.segments], 0.1, 0.01)
+    filters = new_filters(chains, relative_orientations(body.tree, angles)[chains.segments], 0.1, 0.01, 0.1)
     filters.seen[:], filters.begun[:] = True, True
     for c in range(len(chains.first) - 1):
         covariance = covariance_of(c, chains, filters)
@@ -46,9 +47,11 @@ def put_out(body, chains, filters, attitudes):
     n, freedoms, tips = len(body.tree.segments), len(body.tree.ranges), len(body.tips)
     angles, tip = np.empty((2, freedoms)), np.empty((2, tips, 3))
     relative, orientation = np.empty((n, 4)), np.empty((len(body.sensed), 4))
-    put_angles(chains, filters, *angles)
     put_orientations(body.tree.layout, body.sensors, chains, filters, attitudes, relative, orientation)
-    put_fingertips(body.tree.layout, body.tree.geometry, body.tips, chains, filters, relative, *tip)
+    exact = misalignment(body.tree, 0.0, 0.0)
+    put_angles(chains, filters, exact, orientation, 0.0, *angles)
+    put_fingertips(body.tree.layout, body.tree.geometry, body.tips, body.sensors, chains, filters, exact, 0.0,
+                   (0.0, 0.0, 1.0), relative, *tip)
     return (*angles, orientation, relative, *tip)
 
 

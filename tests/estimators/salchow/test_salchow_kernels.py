@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from estimators.arrivals import CLIPPED, LOST
 from estimators.body.body import UNSEEN_SD, body_of
+from estimators.body.misalignment import misalignment
 from estimators.salchow import fusion as salchow_kernels
 from estimators.salchow.fusion import find_seen, follow_gaps, in_joint, joint_turns, posture
 from fesloop.hand import quaternion
@@ -44,7 +45,7 @@ def postured(body, fused, constrained=True, headings=None, seen=None, tilt=0.01,
                np.empty((tips, 3)))
     kernel(tree.layout, tree.geometry, tree.ranges, body.sensors, np.ones(len(tree.segments), dtype=np.bool_),
            body.tips, fused, np.tile([1.0, 0.0], (n, 1)) if headings is None else headings,
-           body.seen() if seen is None else seen, constrained, tilt, heading,
+           body.seen() if seen is None else seen, constrained, misalignment(tree, 0.0, 0.0), tilt, heading,
            np.zeros((n, 2)) if gaps is None else gaps, *outputs)
     return outputs
 
