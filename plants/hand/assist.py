@@ -28,6 +28,10 @@ YIELDS_RAD = math.radians(10.0)
 """Distance from the pose at which the full moment is applied (chosen: fingers that feel their way)."""
 APPROACH = 0.6
 """Share of the time before the start in which the hold grows to its full strength (chosen)."""
+STRAIGHT = ("wrist_flexion", "F1_mcp_flexion", "F1_ip_flexion", *(
+    f"F{finger}_{joint}" for finger in (2, 3, 4, 5)
+    for joint in ("mcp_flexion", "mcp_abduction", "pip_flexion", "dip_flexion")))
+"""Freedoms that are 0 in the standard pose: fingers and thumb straight, the wrist in line (section 2.4.2)."""
 LEAST_S = 1.0
 """Least time before the start (chosen: faster, moments swing light fingers to and fro)."""
 DAMPING_S = 0.05
@@ -40,7 +44,8 @@ class Assistance:
 
     Attributes
     ----------
-    pose_deg: the pose by freedom; other freedoms are left alone.
+    pose_deg: the pose by freedom, where it is not the standard pose with its `STRAIGHT` freedoms at 0; other
+        freedoms are left alone.
     error_deg: difference of the pose that is held from this one, by freedom.
     until_s: when the release begins.
     release_s: duration of the release.
@@ -54,8 +59,6 @@ class Assistance:
     def __post_init__(self) -> None:
         require_not_negative("assist", self, "until_s")
         require_positive("assist", self, "release_s")
-        if not self.pose_deg:
-            raise InputError("assist.pose_deg", "is empty", "angles by freedom, such as F2_mcp_flexion = 0")
 
     def held_deg(self, tree: SegmentTree) -> dict[str, float]:
         """The pose that is held: with its errors, within the joints' ranges. Raises InputError."""
@@ -63,7 +66,7 @@ class Assistance:
         low, high = np.rad2deg(tree.ranges).T
         return {name: float(np.clip(angle + self.error_deg.get(name, 0.0), low[tree.freedom(name)],
                                     high[tree.freedom(name)]))
-                for name, angle in self.pose_deg.items()}
+                for name, angle in {**dict.fromkeys(STRAIGHT, 0.0), **self.pose_deg}.items()}
 
 
 def require_time(owner: str, assistance: Assistance | None, settle_s: float) -> None:

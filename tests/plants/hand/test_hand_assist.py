@@ -80,7 +80,7 @@ def test_a_snapshot_in_the_release_goes_on_to_the_bit():
 
 
 @pytest.mark.parametrize(("changes", "words"), [
-    ({"pose_deg": {}}, "assist.pose_deg: is empty"), ({"until_s": -1.0}, "until_s"),
+    ({"until_s": -1.0}, "until_s"),
     ({"release_s": 0.0}, "release_s")])
 def test_what_cannot_be_held_is_named(changes, words):
     with pytest.raises(InputError, match=words):
