@@ -4,13 +4,14 @@ import pytest
 from made_up_scores import of_job, run_jobs
 
 from fesloop.apps.cli import main
-from fesloop.apps.reproduce import error_model
+from fesloop.apps.reproduce import error_model, kortier2014
 
 
 @pytest.fixture
 def made_up(monkeypatch):
-    """The cohort of kortier2014 answers at once."""
+    """The cohort of kortier2014 answers at once, by a model without error."""
     monkeypatch.setattr(error_model, "run_jobs", run_jobs)
+    monkeypatch.setattr(kortier2014, "with_model_error", lambda paper, figures: figures)
 
 
 def refused(capsys, *arguments):

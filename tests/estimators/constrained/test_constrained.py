@@ -280,7 +280,8 @@ def test_what_a_hinge_forbids_is_shared_by_the_sds():
     for mounting, axis, left in ((5.0, 5.0, 0.1), (1.0, 3.0, 0.18), (3.0, 1.0, 0.02)):
         orientation, angles, _, _, _ = posture(
             np.array([[1.0, 0.0, 0.0, 0.0]]), q[np.newaxis], np.zeros((1, 12, 12)), np.zeros(1), table.roots,
-            table.ends, table.kinds, table.axes, table.zero, table.first_angle, 1, mounting, axis)
+            table.ends, table.kinds, table.axes, table.zero, table.first_angle, 1, mounting, axis,
+            np.zeros(1), np.zeros(1))
         assert quaternion.tilt_z(orientation[1]) == pytest.approx(left, abs=1e-9)
         assert angles[0] == pytest.approx(0.4, abs=1e-9)
 

@@ -65,7 +65,8 @@ def test_it_stays_where_it_was_and_says_what_it_cannot_see_at_rest():
               "sd of the thumb's CMC", np.degrees(row["sd"][2:5]).round(1))
     assert rms(rows[3:], "tips") < 1.2 * rms(rows[1:2], "tips")
     thumb = slice(2, 5)
-    assert rows[2]["sd"][thumb].max() > 1.2 * rows[1]["sd"][thumb].max()
+    # Mounting, which does not grow, is most of the sd in motion.
+    assert rows[2]["sd"][thumb].max() > 1.1 * rows[1]["sd"][thumb].max()
     told = [status for at, status, detail in reports if at < 180.0 and "F1_cmc" in detail]
     assert told[-1] == "uncertain"
     assert rows[2]["sd"][thumb].max() > math.radians(15)
