@@ -1,5 +1,7 @@
 """Scores that nobody measured, for what is made of scores: the papers' own figures, or worse ones."""
 
+from collections import Counter
+
 import numpy as np
 
 from fesloop.apps.reproduce import kortier2014, salchow2019
@@ -53,19 +55,19 @@ def kortier_traces():
             "true_pip_deg": times, "rate_times_s": times, "rate_deg_s": times}
 
 
-def spread(seed):
-    """By which a subject's figures differ from the paper's: half of them a little more, half less."""
-    return 1.0 + 0.02 * (-1.0) ** seed
+def spread(paper):
+    """By which a simulated paper's figures differ from the published: half are a little more, half less."""
+    return 1.0 + 0.02 * (-1.0) ** paper
 
 
-def of_job(job):
-    """What the scoring of a job of either paper might have kept: nearly the paper's own figures."""
+def of_job(job, paper=0):
+    """What the scoring of a job of a simulated paper might have kept: nearly the published figures."""
     motion = next(each for each in job.key if each in MOTIONS)
     if job.score is kortier2014.traces:
         return kortier_traces()
     if job.score in (salchow2019.tip_traces, salchow2019.distance_traces):
         return salchow_traces(motion)
-    times = spread(job.seed)
+    times = spread(paper)
     return kortier(motion, times) if job.experiment == "kortier2014" else salchow(motion, times)
 
 
@@ -73,4 +75,9 @@ def run_jobs(attempts, workers, progress=None):
     """In place of a cohort's."""
     if progress is not None:
         progress(1.0)
-    return {attempt.key: {"kept": of_job(attempt.job)} for attempt in attempts}
+    papers = Counter()
+    kept = {}
+    for attempt in attempts:
+        kept[attempt.key] = {"kept": of_job(attempt.job, papers[attempt.job.key])}
+        papers[attempt.job.key] += 1
+    return kept

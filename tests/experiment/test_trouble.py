@@ -104,8 +104,8 @@ def test_runs_side_by_side_begin_with_what_went_worst(one, other):
 @pytest.mark.parametrize(("settings", "first"), [
     (["blocks.hand.table.lowered_at_s=-1", "blocks.hand.object.given_at_s=9.9"],
      "fesloop: the object was not held: it was never given"),
-    (["blocks.tracker.initial_pose_s=1.0", "blocks.hand.settle_s=0"],
-     "fesloop: tracker: initial_pose_failed")])
+    (["blocks.tracker.initial_pose_s=1.0", "blocks.hand.assist.until_s=0.5"],
+     "fesloop: the angles of `tracker` are not to be trusted")])
 def test_the_summary_begins_with_the_most_important(settings, first, tmp_path, capsys):
     arguments = [part for setting in settings for part in ("--set", setting)]
     if "given" in first:
