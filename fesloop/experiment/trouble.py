@@ -236,8 +236,10 @@ def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int],
               if (each := found[block][trials[0]]) is not None and each.commanded == 0.0
               and (source := commanded_signal(recording, block)) in recording.signals]
     inside = [event for event in recording.events if event.trial == trials[0]]
+    told = {event.status for event in inside}
+    withheld = _WITHHELD if _ALIGNED in told or _ALIGNING not in told else (*_WITHHELD, "not_aligned")
     kept_off = [event for event in inside if event.where in blocks
-                and (event.status in _WITHHELD or event.status.startswith(_WATCHDOG))]
+                and (event.status in withheld or event.status.startswith(_WATCHDOG))]
     cut = [event for event in inside if event.status.endswith(_LIMITED)
            or (event.where not in blocks and event.status in _UNHEARD)]
     why = kept_off or cut or [event for event in inside if event.where in blocks]

@@ -104,6 +104,8 @@ def test_runs_side_by_side_begin_with_what_went_worst(one, other):
 @pytest.mark.parametrize(("settings", "first"), [
     (["blocks.hand.table.lowered_at_s=-1", "blocks.hand.object.given_at_s=9.9"],
      "fesloop: the object was not held: it was never given"),
+    (["blocks.tracker.pose_limits.gravity=0.001"],
+     "fesloop: no channel gave a pulse: safety: not_aligned at 0 s: a tracker's initial pose has not been"),
     (["blocks.tracker.initial_pose_s=1.0", "blocks.hand.assist.until_s=0.5"],
      "fesloop: the angles of `tracker` are not to be trusted")])
 def test_the_summary_begins_with_the_most_important(settings, first, tmp_path, capsys):
