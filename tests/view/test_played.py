@@ -143,7 +143,10 @@ def test_of_a_damaged_recording_what_is_left_is_shown_as_it_was(path, source, cu
         assert span.last_s <= source.spans[trial].last_s
         start = Start(trial=trial, at_s=0.5 * span.last_s, speed=0.0)
         mine, whole = left.play(start)(0.0), source.play(start)(0.0)
-        np.testing.assert_array_equal(mine.hands["truth"], whole.hands["truth"])
+        assert mine.hands.keys() <= whole.hands.keys()  # the end of the file has a signal's only copy
+        for name, hand in mine.hands.items():
+            np.testing.assert_array_equal(hand, whole.hands[name])
+        assert share < 0.9 or "truth" in mine.hands
     left.close()
 
 

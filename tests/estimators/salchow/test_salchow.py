@@ -150,7 +150,7 @@ def test_a_pose_that_moved_is_named_and_the_next_still_one_is_taken():
     assert reports[1][1].startswith("sensor 5 (F2p) moved: 115 deg/s: keep still in the known pose for 3 s")
     # From the last motion on, three seconds.
     assert (outputs["angle_sd"][100:440] == UNSEEN_SD).all()
-    assert (outputs["angle_sd"][441:] < 0.2).all()
+    assert (outputs["angle_sd"][441:] < 0.25).all()
     assert not outputs["aligned"][:440].any()
     assert outputs["aligned"][441:].all()
     assert np.abs(outputs["angles"] - motion.angles)[600:].max() < 1e-3
@@ -304,11 +304,12 @@ def test_the_sd_of_m2_grows_with_time_and_that_of_m1_does_not():
         outputs, _, _ = run(kind(sensors=17, **parameters), motion)
         sds[kind] = np.degrees(outputs["angle_sd"][[300, -1]])
     assert np.allclose(sds[SalchowM1][0], sds[SalchowM1][1])
-    # The hand lies such that flexion is about the vertical: 0.1 deg/s for 60 s beside 5 deg of mounting and
-    # 5 deg of the pose.
+    # The hand lies such that flexion is about the vertical: 0.1 deg/s for 60 s beside 5 deg of mounting,
+    # 5 deg of the pose, and 2 deg of fusion of each sensor.
     flexion = tree.freedom("F2_pip_flexion")
-    assert sds[SalchowM2][0, flexion] == pytest.approx(np.hypot(5.0, 5.0), rel=1e-3)
-    assert sds[SalchowM2][1, flexion] == pytest.approx(np.hypot(np.hypot(5.0, 5.0), 6.0), rel=1e-3)
+    constant = np.sqrt(5.0**2 + 5.0**2 + 2.0 * 2.0**2)
+    assert sds[SalchowM2][0, flexion] == pytest.approx(constant, rel=1e-3)
+    assert sds[SalchowM2][1, flexion] == pytest.approx(np.hypot(constant, 6.0), rel=1e-3)
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
