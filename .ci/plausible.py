@@ -32,7 +32,10 @@ EVENTS = ROOT / "docs" / "events.md"
 RECORDINGS = Path(os.environ.get("FESLOOP_RECORDINGS", ROOT.parent / "shared" / "data"))
 BODY16 = RECORDINGS / "body16" / "qmt_full_body_example_data.mat"
 
-SETTINGS = {"grasp_ilc": ["trials=2"], "open_close_ilc": ["trials=2"], "tracker_hour": ["duration_s=120"]}
+SETTINGS = {
+    r"^array_search_gp: joints\.F2_dip_flexion\.tracker_rmse_deg":
+        "a known defect, with which the summary begins: without an initial pose, `constrained` takes the "
+        "wrong side of a hinge whose axis is tilted","grasp_ilc": ["trials=2"], "open_close_ilc": ["trials=2"], "tracker_hour": ["duration_s=120"]}
 """Settings that shorten long experiments without leaving out any part of them."""
 LEFT_OUT = {"array_search_exhaustive", "array_search_magnets", "array_search_two_phase", "hil_live",
             "hil_dry_stimulator", "hil_twin", "hil_error_replay", "hil_replay", "replay"}
