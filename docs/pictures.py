@@ -32,14 +32,14 @@ MOST_BYTES = 120_000
 _STYLE = ("text { font-family: sans-serif; fill: #262626 } text.faint { fill: #666 } .paper { fill: #fff } "
           f".stroke-plain {{ stroke: #777 }} .fill-series-0 {{ fill: {BLUE} }} "
           f".fill-series-1 {{ fill: {VERMILION} }} .fill-theory {{ fill: {GREEN} }}")
-"""Of drawings that stand by themselves; a report gives them its own."""
+"""Style sheet of drawings outside a report, which has its own."""
 _WIDE = 1200
 """Pixels of a picture's width, two for each that a page gives it (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shot:
-    """What is run for a picture, and what of it is drawn.
+    """Experiment of a picture, and the part of its run that is drawn.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ def drawn_of(name: str, shot: Shot, result: dict[str, Any], folder: Path) -> dic
 
 
 def run(name: str, shot: Shot, folder: Path) -> dict[str, Any]:
-    """What `fesloop run --json` prints."""
+    """Result of `fesloop run --json`."""
     places = {"runs": str(folder / "runs"), "recordings": os.environ.get("FESLOOP_RECORDINGS", "")}
     settings = [word for each in shot.settings for word in ("--set", each.format(**places))]
     program = str(Path(sys.executable).with_name("fesloop"))

@@ -48,7 +48,7 @@ def dot(kind: str, point: tuple[float, float]) -> str:
 
 
 def of_sample(captured: float, way: TickLatency | None) -> list[str]:
-    """What becomes of a sample: to the stimulation, or until it has arrived."""
+    """Lines of a sample's way to the stimulation, or to the instant of its loss."""
     if way is None:
         return [line("lost", at(captured, 0), at(captured + 2.0, 1), at(captured + 14.0, 2)),
                 dot("lost", at(captured, 0))]

@@ -32,7 +32,7 @@ def _usage(command: argparse.ArgumentParser) -> list[str]:
 
 
 def _options(command: argparse.ArgumentParser) -> Iterator[str]:
-    """What it takes, a line each."""
+    """Options and arguments of a command, a line each."""
     formatter = command._get_formatter()
     rows = [(code(", ".join(each.option_strings) or formatter._format_action_invocation(each)),
              cell(formatter._expand_help(each) if each.help else ""))

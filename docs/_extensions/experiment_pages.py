@@ -81,7 +81,7 @@ def _picture(name: str) -> Iterator[str]:
 
 
 def _told(shown: Mapping[str, Any]) -> str:
-    """What a picture shows, in words."""
+    """Alternative text of a picture."""
     return {"hand": "The hand; a tracker's estimate in orange where there is one",
             "arrays": "The electrode arrays on the unrolled forearm, and what they recruit",
             "search": "What each element of the arrays was good for at best; ringed is what was found",

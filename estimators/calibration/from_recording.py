@@ -63,7 +63,7 @@ LARGEST_RADIUS_M = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationTask:
-    """Which parts of a recording are calibrated, and from what.
+    """Parts of a recording to calibrate, and the intervals that they are calibrated from.
 
     Attributes
     ----------

@@ -145,7 +145,7 @@ def checked(annotation: Any, kinds: Kinds) -> Any:
 
 
 def _expanded(annotation: Any) -> Any:
-    """What a type alias stands for; `NDArray` is one from numpy 2.5 on, where Python is 3.12 or later."""
+    """Type behind an alias; `NDArray` is one from numpy 2.5 on, where Python is 3.12 or later."""
     alias = getattr(get_origin(annotation), "__value__", None)
     return annotation if alias is None else alias[get_args(annotation)]
 

@@ -1,4 +1,4 @@
-"""What a calibration found of sensors, joints, clocks and frames, and the file that it is kept in.
+"""Results of a calibration of sensors, joints, clocks and frames, and their file.
 
 `fesloop calibrate` writes the file. It is TOML; units are SI unless a name says otherwise.
 """

@@ -55,7 +55,7 @@ class Particle:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """What is fitted of a paper.
+    """Fitted half of a paper, and how particles are moved.
 
     Attributes
     ----------
