@@ -70,9 +70,6 @@ ERRORS = re.compile(r"error|rmse|_deg$")
 WORSE = re.compile(r"latency|jitter|loss|dropout|silence|misalignment|magnet|noise|bias|drift|delay|error")
 
 EXPLAINED = {
-    r"^array_search_gp: joints\.F2_dip_flexion\.tracker_rmse_deg":
-        "a known defect, with which the summary begins: without an initial pose, `constrained` takes the "
-        "wrong side of a hinge whose axis is tilted",
     r"^tracker_map: \w+ of salchow_b over magnet_a_m2 falls from .* at 5 ":
         "at 5 A m2 the wrist is found again and fingers are opened as far as they go (docs/maps.md)",
     r"^finger_pid_latency: joint_rmse_deg over latency_ms falls":

@@ -72,8 +72,11 @@ def fit_recruitment(width_s: Array, current_ma: float, measured: Array, period_s
     chronaxie_us: known chronaxie: at a single current it cannot be separated from the threshold.
     least_moved: least peak-to-peak movement of an output, in its units, that counts as a response.
 
-    Raises InputError without a response.
+    Raises InputError without a pulse or a response.
     """
+    if not (width_s > 0.0).any():
+        raise InputError("recruitment", "no pulse was given", "stimulation",
+                         "the recording's events say what withheld it, such as `pose_contradicted` or `emergency_stop`")
     moved = np.ptp(measured, axis=0)
     if not (moved > least_moved).any():
         raise InputError("recruitment", f"nothing moved by more than {moved.max():.3g}",

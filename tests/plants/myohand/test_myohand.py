@@ -283,6 +283,15 @@ def test_a_therapist_brings_it_into_a_pose_and_lets_it_go():
     np.testing.assert_allclose(np.rad2deg(released["angles"][rows]), resting, atol=2.0)
 
 
+@pytest.mark.parametrize("flexion_deg", [20.0, 50.0])
+def test_a_therapist_holds_the_thumbs_base_in_freedoms_and_not_in_myohands_joints(flexion_deg):
+    """The joints at its base turn about other axes, and have another zero."""
+    pose = {"F1_cmc_flexion": flexion_deg, "F1_cmc_abduction": -15.0, "F1_cmc_pronation": 92.0}
+    _, held = run(MyoHand(assist=Assistance(pose_deg=pose, until_s=0.5), settle_s=2.0), active(), 0.4)
+    rows = [hand_tree(HandSize()).freedom(name) for name in ("F1_cmc_flexion", "F1_cmc_abduction")]
+    assert np.rad2deg(held["angles"][rows]) == pytest.approx([flexion_deg, -15.0], abs=10.0)
+
+
 def test_what_an_object_is_pressed_by_is_the_palm_and_the_digits():
     assert parts_of_geoms(MyoHand().model).max() == len(PARTS) - 1
     assert set(range(len(PARTS))) <= set(parts_of_geoms(MyoHand().model).tolist())
