@@ -148,7 +148,7 @@ def test_as_good_as_the_yardstick(record):
 def test_names_what_it_cannot_be_made_of(record):
     still = replace(record, measured=np.where((record.phase == 2)[:, np.newaxis], 0.3, record.measured))
     silent = replace(record, stimulation=np.zeros_like(record.stimulation))
-    with pytest.raises(InputError, match="channel 0: recruitment: no pulse was given.*pose_contradicted"):
+    with pytest.raises(InputError, match=r"channel 0: recruitment: no pulse was given.*pose_contradicted"):
         identify(silent)
     with pytest.raises(InputError, match="channel 2: recruitment: nothing moved"):
         identify(still)
