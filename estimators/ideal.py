@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.hand.anthropometry import FINGERS
 from fesloop.loop.abilities import Passage
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
@@ -21,6 +22,7 @@ from fesloop.models.linear_form import BlockToControl, SampledForm, memoryless, 
 
 Array = NDArray[np.float64]
 PerJoint = float | tuple[float, ...]
+_TIPS = (len(FINGERS), 3)
 
 
 @dataclass(slots=True, eq=False)
@@ -33,7 +35,7 @@ class IdealState:
     errors: (4, joints), rad: bias, drift a second, sd of white noise, sd of the walk a root second.
     walk: (joints,), rad, present random walk.
     time_ns: instant of the last tick.
-    past: (instant, truth) of the ticks within the delay, oldest first.
+    past: (instant, true angles, and fingertips if they are read) of the ticks within the delay, oldest first.
     missing: whether a missing truth has been reported.
     """
 
@@ -41,7 +43,7 @@ class IdealState:
     errors: Array
     walk: Array
     time_ns: int = 0
-    past: list[tuple[int, Array]] = field(default_factory=list)
+    past: list[tuple[int, tuple[Array, ...]]] = field(default_factory=list)
     missing: bool = False
 
 
@@ -56,6 +58,9 @@ class IdealTracker(BlockToControl):
     with walk(t) a Wiener process. Errors are given as one value for all joints or one a joint. Before the
     first truth there is no output, with the status `no_sample`.
 
+    With `fingertips`, also input and output `fingertips` (5, 3), m, late by the delay but otherwise exact,
+    and output `fingertip_sd` (5, 3), m, which is 0.
+
     Attributes
     ----------
     joints: number of joints; 0 takes it from the wire.
@@ -67,6 +72,7 @@ class IdealTracker(BlockToControl):
     delay_ms: delay, rounded up to this block's ticks: the truth is that of the last tick at least this old
         (until then the first one). Stamps do not show this delay; `latency_ms` of a wire is exact and shows
         in them.
+    fingertips: whether the fingertips of a hand are read and put out.
     """
 
     joints: int = 0
@@ -76,6 +82,7 @@ class IdealTracker(BlockToControl):
     noise_deg: PerJoint = 0.0
     quantisation_deg: float = 0.0
     delay_ms: float = 0.0
+    fingertips: bool = False
 
     def __post_init__(self) -> None:
         if self.joints < 0:
@@ -89,13 +96,14 @@ class IdealTracker(BlockToControl):
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """angles."""
-        return (Port("angles", (self.joints or None,), "rad"),)
+        """angles, and fingertips."""
+        angles = Port("angles", (self.joints or None,), "rad")
+        return (angles, Port("fingertips", _TIPS, "m")) if self.fingertips else (angles,)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """angles."""
-        return (Port("angles", (self.joints or None,), "rad"),)
+        """angles, and fingertips and fingertip_sd."""
+        return (*self.inputs, Port("fingertip_sd", _TIPS, "m")) if self.fingertips else self.inputs
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> IdealTracker:
         """The tracker for the number of wired joints."""
@@ -112,7 +120,8 @@ class IdealTracker(BlockToControl):
         delay_ns = duration_ns(self.delay_ms, NS_PER_MS, "delay_ms")
         if not delay_ns:
             return ()
-        return (Passage(inputs=("angles",), delay_ns=delay_ns, since="read", delay="delay, in whole ticks"),)
+        read = tuple(port.name for port in self.inputs)
+        return (Passage(inputs=read, delay_ns=delay_ns, since="read", delay="delay, in whole ticks"),)
 
     def linear_form(self, context: Context) -> SampledForm:
         """The truth with white noise after the delay, in ticks.
@@ -138,22 +147,22 @@ class IdealTracker(BlockToControl):
 
     def step(self, state: IdealState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """The truth with its error; before the first truth nothing, and a report."""
-        sample = inputs[0]
-        if sample.arrived_ns < 0:
+        if any(sample.arrived_ns < 0 for sample in inputs):
             if not state.missing:
-                tick.report("no_sample", "no angles have arrived yet: no output")
+                names = " or ".join(port.name for port in self.inputs)
+                tick.report("no_sample", f"no {names} have arrived yet: no output")
                 state.missing = True
             return ()
         elapsed_s = (tick.time_ns - state.time_ns) / NS_PER_S
         state.time_ns = tick.time_ns
-        truth = cast(Array, sample.value)
+        truth, *tips = tuple(cast(Array, sample.value) for sample in inputs)
         if self.delay_ms:
-            truth = self._delayed(state, truth, tick.time_ns)
+            truth, *tips = self._delayed(state, (truth, *tips), tick.time_ns)
         angles: Array = with_error(truth, state.errors, state.walk, state.noise.row(tick.index),
                                    tick.time_ns / NS_PER_S, elapsed_s, math.radians(self.quantisation_deg))
-        return (angles,)
+        return (angles, *tips, np.zeros(_TIPS)) if self.fingertips else (angles,)
 
-    def _delayed(self, state: IdealState, truth: Array, time_ns: int) -> Array:
+    def _delayed(self, state: IdealState, truth: tuple[Array, ...], time_ns: int) -> tuple[Array, ...]:
         """Truth of the last tick at or before `delay_ms` ago."""
         past = state.past
         past.append((time_ns, truth))

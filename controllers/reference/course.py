@@ -22,7 +22,7 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
-from fesloop.streams.blocks.synergies import READY, Synergies
+from fesloop.streams.blocks.synergies import GRIP_APERTURE, READY, Synergies
 
 Array = NDArray[np.float64]
 
@@ -128,9 +128,9 @@ _ROUNDING_DEG = 1e-6
 
 @cache
 def hand_ranges() -> dict[str, tuple[float, float]]:
-    """Range of each ready synergy, from the ranges of its joints, and of each freedom of the hand, deg."""
+    """Range of each ready synergy, of the aperture, and of each freedom of the hand, deg."""
     tree = hand_tree(HandSize())
-    synergies = Synergies(rows=tuple(READY))
+    synergies = Synergies(rows=(*READY, GRIP_APERTURE))
     names = (*synergies.rows, *tree.freedoms)
     limits = np.rad2deg(np.concatenate([synergies.ranges, tree.ranges])).tolist()
     return {name: (low, high) for name, (low, high) in zip(names, limits, strict=True)}
@@ -146,7 +146,8 @@ def checked_ranges(rows: Sequence[str], range_deg: Ranges) -> dict[str, tuple[fl
         raise InputError("rows", f"{tuple(rows)}", "one or more names, each once")
     for row in rows:
         if row not in known:
-            raise InputError("rows", f"{row!r}", f"{', '.join(READY)}, or a freedom of the hand",
+            allowed = ", ".join((*READY, GRIP_APERTURE, "or a freedom of the hand"))
+            raise InputError("rows", f"{row!r}", allowed,
                              did_you_mean(row, known) or "give range_deg for a row of your own")
     for row, ends in range_deg.items():
         if row not in rows:

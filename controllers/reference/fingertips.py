@@ -27,7 +27,7 @@ from fesloop.hand.skeleton import RESTING_DEG
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.streams.blocks.synergies import Synergies
+from fesloop.streams.blocks.synergies import GRIP_APERTURE, Synergies
 
 Array = NDArray[np.float64]
 _SAMPLE_S = 0.005
@@ -122,6 +122,9 @@ class FingertipPath:
         object.__setattr__(self, "posture_deg", exact)
         if self.rows:
             checked_ranges(self.rows, {})
+        if GRIP_APERTURE in self.rows:
+            raise InputError("rows", f"{GRIP_APERTURE!r} is no sum of angles", "sums and freedoms",
+                             "points already set where fingertips are; remove it")
         if not (math.isfinite(self.tolerance_mm) and self.tolerance_mm >= 0.0):
             raise InputError("tolerance_mm", f"{self.tolerance_mm:g}", "0 or more")
         times = [point.at_s for point in self.points]

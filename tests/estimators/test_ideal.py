@@ -85,3 +85,27 @@ def test_impossible_parameters_are_refused(wrong):
 def test_a_number_of_joints_takes_no_memory_before_it_is_held_against_the_wires():
     tracker = IdealTracker(joints=2**62, noise_deg=1.0, delay_ms=10.0)
     assert [port.shape for port in tracker.inputs] == [(2**62,)]
+
+
+@given(st.integers(0, 4))
+def test_fingertips_are_exact_and_as_late_as_angles(ticks):
+    tips = np.random.default_rng(2).normal(size=(20, 5, 3))
+    tracker = IdealTracker(joints=3, delay_ms=10.0 * ticks, fingertips=True, bias_deg=1.0)
+    state, tick, found = tracker.init(Context("tracker")), Tick(), []
+    for i in range(20):
+        tick.index, tick.time_ns = i, (now := i * 10_000_000)
+        samples = [Sample(value, now, now, now) for value in (TRUTH[i], tips[i])]
+        found.append(tracker.step(state, samples, tick))
+    angles, places, sd = (np.array(each) for each in zip(*found, strict=True))
+    read = np.maximum(np.arange(20) - ticks, 0)
+    np.testing.assert_allclose(np.degrees(angles - TRUTH[read]), 1.0)
+    np.testing.assert_array_equal(places, tips[read])
+    assert not sd.any()
+
+
+def test_without_fingertips_there_is_no_output():
+    tracker = IdealTracker(joints=3, fingertips=True)
+    samples = [Sample(TRUTH[0], 0, 0, 0), Sample(np.zeros((5, 3)), NEVER, NEVER, NEVER)]
+    tick = Tick()
+    assert tracker.step(tracker.init(Context("tracker")), samples, tick) == ()
+    assert tick.reports == [("no_sample", "no angles or fingertips have arrived yet: no output")]

@@ -1,9 +1,12 @@
 """The shipped grasps by predictive control: IMUs and a tracker in the loop, a late one too. About 50 s."""
 
+import numpy as np
 import pytest
 
 import fesloop
+from controllers.identification.file import identify_recording
 from fesloop import Recording
+from fesloop.models.patient_model import load_patient_model
 
 
 @pytest.mark.slow
@@ -62,3 +65,44 @@ def test_pid_tuned_by_the_model_grasps_too(tmp_path):
     metrics = fesloop.load("grasp_mpc", ["control=tuned_pid"]).run(tmp_path).metrics
     assert metrics["held"] == [True]
     assert metrics["joint_rmse_deg"][0] < 4.0
+
+
+def of_the_aperture(result):
+    """Times, s, of the hand's fingertips; its aperture and the reference's, mm."""
+    with Recording(result.recording) as recording:
+        tips, wanted = recording.signal("hand.fingertips"), recording.signal("reference.angles")
+    apart = 0.5 * (tips.values[:, 1] + tips.values[:, 2]) - tips.values[:, 0]
+    held = np.maximum(np.searchsorted(wanted.times_ns, tips.times_ns, side="right") - 1, 0)
+    return tips.times_ns / 1e9, 1e3 * np.linalg.norm(apart, axis=1), np.degrees(wanted.values[held, 1])
+
+
+def test_the_aperture_follows_its_reference_until_contact_and_the_cylinder_is_held(tmp_path):
+    result = fesloop.load("grasp_mpc", ["follow=aperture", "tracker=constrained"]).run(tmp_path)
+    assert result.metrics["held"] == [True]
+    assert result.metrics["grip_margin"][0] > 1.0
+    times_s, aperture, wanted = of_the_aperture(result)
+    before = (times_s > 2.0) & (times_s < 4.4)
+    assert np.ptp(wanted[before]) > 20.0
+    error = np.sqrt(np.mean((aperture - wanted)[before] ** 2))
+    assert error < 4.0
+    told = result.metrics["joints"]["grip_aperture"]["joint_rmse_deg"][0]
+    assert told == pytest.approx(error, rel=0.05), "1 deg is 1 mm"
+
+
+@pytest.mark.slow
+def test_two_fingers_pinch_by_the_aperture(tmp_path):
+    metrics = fesloop.load("pinch_mpc", ["follow=aperture"]).run(tmp_path).metrics
+    assert metrics["held"] == [True]
+    force = metrics["grip_force_n"]
+    assert force["F2"][0] + force["F3"][0] > 10.0 * (force["F4"][0] + force["F5"][0] + force["palm"][0])
+
+
+@pytest.mark.slow
+def test_a_model_of_the_aperture_is_identified_through_the_tracker(tmp_path):
+    recording = fesloop.load("identify_grasp", ["follow=aperture"]).run(tmp_path).recording
+    model = identify_recording(str(recording)).model
+    assert model.outputs == load_patient_model("grasp_sci_c6_aperture").outputs
+    assert min(model.fit["half_second"].values()) > 60.0
+    model.save(tmp_path / "mine.toml")
+    grasp = fesloop.load("grasp_mpc", ["follow=aperture", f"model={tmp_path / 'mine.toml'}"])
+    assert grasp.run(tmp_path).metrics["held"] == [True]
