@@ -83,7 +83,9 @@ class MyoHand:
 
     Angles are computed from the bodies' orientations, intrinsic z-x-y between segments (`joint_rotations`),
     so all 23 exist; `F1_cmc_pronation` follows from the two joints at the thumb's base. Rotations of PIP, DIP
-    and MCP joints beyond their freedoms, due to MyoHand's tilted axes, are omitted, as by a tracker.
+    and MCP joints beyond their freedoms, due to MyoHand's tilted axes, are omitted, as by a tracker: in
+    straight fingers, bones are turned about themselves by up to 18 deg (F5p, F2p), which adds to the mounting
+    of their sensors in what contradicts an initial pose.
 
     Inputs and outputs are those of `hand`. `velocity` is that of tendons over the fibre lengths of `hand`,
     the mean over the muscles that one muscle represents.
@@ -92,10 +94,10 @@ class MyoHand:
     ----------
     hand: MyoHand's own; other values are refused. Trackers take its measures from the attribute `size`.
     forearm_orientation, forearm_moves, strength, stiffness, damping, passive_tension, contracture, object,
-        table, step_ms, elastic_n_m_rad, settle_s, assist: as in `hand`.
-    rest_deg, start_deg, splint_deg, elastic_deg: as in `hand`, to within 20 deg, as near as MyoHand's joints
-        allow; `F1_cmc_pronation` has the lowest priority, within 45 deg, is held only with the freedoms that
-        it follows from, and has no spring.
+        table, step_ms, elastic_n_m_rad, settle_s: as in `hand`.
+    assist, rest_deg, start_deg, splint_deg, elastic_deg: as in `hand`, to within 20 deg, as near as MyoHand's
+        joints allow; `F1_cmc_pronation` has the lowest priority, within 45 deg, is held only with the
+        freedoms that it follows from, and has no spring.
     as_shipped: names of the patches to omit.
 
     Raises InputError if `myo-sim` is missing and for invalid values; RunError when the simulation becomes
@@ -189,6 +191,9 @@ class MyoHand:
                           strict=True))
         start = joints.nearest("myohand.start_deg", bare,
                                {**self.elastic_deg, **self.start_deg, **self.splint_deg}, rest)
+        hold = None if self.assist is None else self._held(spec, joints, bare, rest)
+        if self.forearm_moves:
+            add_forearm_drive(spec)
         held = dict(zip(JOINTS, start, strict=True))
         add_splint(spec, {JOINTS[name]: float(held[name]) for name in JOINTS if name in self.splint_deg})
         if self.object is not None:
@@ -196,6 +201,7 @@ class MyoHand:
         if self.table is not None:
             add_table(spec, self.table)
         model = compiled(spec)
+        joints = Joints.of(model, tree)  # which a forearm that moves shifts
         if JOINTS_PATCH not in self.as_shipped:
             joints.hold(model, rest, self.contracture, self.stiffness, self.damping,
                         self.passive_tension)
@@ -216,6 +222,15 @@ class MyoHand:
         data = self.init(Context("hand")).data
         require_apart(model, data)
         object.__setattr__(self, "_angles", joints.moved(data)[0])
+
+    def _held(self, spec: mujoco.MjSpec, joints: Joints, bare: mujoco.MjModel, rest: Array) -> Hold:
+        """Add the hold of `assist`, at the joint positions that are nearest to its pose."""
+        assert self.assist is not None
+        pose_deg = self.assist.held_deg(joints.tree)
+        places = joints.nearest("myohand.assist.pose_deg", bare, {**pose_deg, **self.splint_deg}, rest)
+        at_deg = dict(zip(JOINTS, np.rad2deg(places).tolist(), strict=True))
+        free = {name: joint for name, joint in JOINTS.items() if name not in self.splint_deg}
+        return add_hold(spec, free, {name: at_deg[name] for name in pose_deg if name in free}, self.assist)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
