@@ -356,7 +356,7 @@ def set_solver(spec: mujoco.MjSpec, step_s: float) -> None:
     option.gravity = [0.0, 0.0, -STANDARD_GRAVITY]
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    option.impratio = 10.0  # friction ten times as stiff as the normal force: no creep in a grasp
+    option.impratio = 10.0  # friction ten times as stiff as the normal force: less creep; see `GraspObject`
     # Half of the Jacobian is empty: a finger's contact moves neither the other fingers nor the thumb.
     option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     option.ccd_tolerance = CONTACT_TOLERANCE_M

@@ -65,6 +65,9 @@ class GraspObject:
         ball (diameter,); card (width, length, thickness), along its x, y, z.
     mass_kg: mass, of uniform density.
     friction: coefficient against skin and table (skin on plastics .5 to 1; chosen).
+    friction_stiffness: ratio of the stiffness of friction to that of normal force (MuJoCo's `impratio`). What
+        friction holds creeps, at a speed inversely proportional to it: with 10, an object of .3 kg that a
+        hand holds with 1.8 times the least force creeps by 2 mm/s. A hand that holds for long needs more.
     position_m: position of its centre from the wrist's centre, global (ENU).
     orientation: (w, x, y, z), from its axes to the global ones.
     given_at_s: instant at which it is put to `position_m`; before, it rests at the offset `waits_m`. If the
@@ -77,6 +80,7 @@ class GraspObject:
     size_mm: tuple[float, ...] = (60.0, 120.0)
     mass_kg: float = 0.2
     friction: float = 0.8
+    friction_stiffness: float = 10.0
     position_m: tuple[float, float, float] = (0.0, 0.1, -0.06)
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     given_at_s: float = 0.0
@@ -87,7 +91,7 @@ class GraspObject:
             raise InputError("object.shape", f"{self.shape!r}", ", ".join(SIZES))
         if len(self.size_mm) != len(SIZES[self.shape]):
             raise InputError("object.size_mm", f"{self.size_mm}", f"{', '.join(SIZES[self.shape])}, mm")
-        require_positive("object", self, "size_mm", "mass_kg")
+        require_positive("object", self, "size_mm", "mass_kg", "friction_stiffness")
         require_not_negative("object", self, "friction", "given_at_s")
         for key in ("position_m", "waits_m"):
             if not np.isfinite(getattr(self, key)).all():
@@ -153,7 +157,8 @@ class Table:
 
 
 def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
-    """Add the object as the last body; its body and geom are named `object`."""
+    """Add the object as the last body, and its stiffness of friction; body and geom are named `object`."""
+    spec.option.impratio = thing.friction_stiffness
     body = spec.worldbody.add_body(name="object", pos=thing.start_m, quat=thing.orientation)
     body.add_freejoint(name="object")
     # condim 4: a contact also resists twisting.

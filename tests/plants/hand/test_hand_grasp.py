@@ -1,5 +1,7 @@
 """A cylinder of 0.2 kg in the hand, thumb upwards; about 5 s."""
 
+import math
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,7 +10,8 @@ from fesloop.hand.anthropometry import FINGERTIPS, PARTS
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.hand import Hand
-from plants.hand.scene import GraspObject, Table
+from plants.hand.model import PALM, TOUCHES, compiled, empty_spec
+from plants.hand.scene import GraspObject, Table, add_object
 
 THUMB_UP = (0.0, 0.0, 0.0, 1.0)
 OPEN = {**{f"F{i}_{joint}_flexion": angle for i in range(2, 6)
@@ -92,6 +95,27 @@ def test_the_object_is_pressed_by_the_parts_that_it_touches():
     parts = dict(zip(PARTS, values["object_force"], strict=True))
     assert parts["palm"] > 0.5
     assert (values["object_force"] <= values["contact_force"] + 1e-9).all()
+
+
+@pytest.mark.parametrize("stiffness", [10.0, 100.0])
+def test_what_friction_holds_creeps_at_a_speed_inversely_proportional_to_its_stiffness(stiffness):
+    """A block on a slope of 25 deg, whose friction would hold it to 38 deg."""
+    speeds = []
+    for each in (stiffness, 2.0 * stiffness):
+        spec = empty_spec(1e-3)
+        spec.worldbody.add_geom(name="slope", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1],
+                                contype=PALM, conaffinity=TOUCHES[PALM])
+        add_object(spec, GraspObject(shape="block", size_mm=(60.0, 60.0, 40.0), position_m=(0.0, 0.0, 0.02),
+                                     friction_stiffness=each))
+        slope = math.radians(25.0)
+        spec.option.gravity = [9.80665 * math.sin(slope), 0.0, -9.80665 * math.cos(slope)]
+        model = compiled(spec)
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 1000)
+        start = data.qpos[0]
+        mujoco.mj_step(model, data, 1000)
+        speeds.append(data.qpos[0] - start)
+    assert speeds[0] / speeds[1] == pytest.approx(2.0, rel=0.05)
 
 
 def test_without_contact_nothing_presses():
