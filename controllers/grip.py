@@ -25,8 +25,22 @@ from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value, is_finite
 Array = NDArray[np.float64]
 _LOST = 0.5
 """Share of the force at contact below which contact is lost (chosen: noise does not cross both)."""
-_WEIGHT = 0.3
-"""Weight of the newest change in the mean of squares: about three samples count (chosen)."""
+
+
+@dataclass(slots=True, eq=False)
+class Trembling:
+    """Turning points of the forces of k sensors.
+
+    Attributes
+    ----------
+    extreme: (k,), N, greatest force since it turned to rise, or least since it turned to fall.
+    heading: (k,), 1 where a force rises, -1 where it falls, 0 before it has changed.
+    turned_ns: (k, n), instants of the last n turns, newest first; NEVER where there were fewer.
+    """
+
+    extreme: Array
+    heading: Array
+    turned_ns: NDArray[np.int64]
 
 
 @dataclass(slots=True, eq=False)
@@ -37,18 +51,16 @@ class Touch:
     ----------
     holding: whether an object is held.
     since_ns: instant from which forces contradict `holding`; NEVER while they agree.
-    force: (k,), N, last sample; None before the first.
-    taken_ns: its capture.
-    variation: mean square change from sample to sample of the force that changes most, N^2.
+    trembling: turning points of the forces; None before the first sample.
+    taken_ns: capture of the last sample.
     raised: factor by which slips have raised the target force.
     raised_ns: instant of the last rise.
     """
 
     holding: bool = False
     since_ns: int = NEVER
-    force: Array | None = None
+    trembling: Trembling | None = None
     taken_ns: int = NEVER
-    variation: float = 0.0
     raised: float = 1.0
     raised_ns: int = NEVER
 
@@ -93,42 +105,63 @@ class Contact:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slip:
-    """Limits beyond which an object slips: it sticks and slides by turns, and the forces tremble.
+    """Limits beyond which an object slips: it sticks and slides by turns, and a force on it trembles.
 
-    Slips call for a firmer grip (Westling and Johansson 1984, doi 10.1007/BF00238156).
+    A force trembles while it turns `turns` times within `within_ms`, from rising to falling or back, by more
+    than `change_n` each time. A force that rises with its target, one that another part of the hand takes
+    over, and the slow swing of a loop that settles turn less often. Slips call for a firmer grip (Westling
+    and Johansson 1984, doi 10.1007/BF00238156).
 
     Attributes
     ----------
-    change_n: RMS change of a sensor's force from sample to sample (chosen: five times that of sensors
-        with a noise of .02 N).
+    change_n: least change of a force between two turns (chosen: that of a sensor that flickers at its
+        threshold of .1 N, with a noise of .02 N, is below .2).
+    turns, within_ms: number of turns, and duration in which they happen (chosen: two periods of 10 Hz, beyond
+        the bandwidth of muscles).
     raise_by: factor on the target force for each slip (chosen).
     pause_ms: least time between two rises (chosen: response time of the force).
     """
 
-    change_n: float = 0.15
+    change_n: float = 0.25
+    turns: int = 4
+    within_ms: float = 200.0
     raise_by: float = 1.15
     pause_ms: float = 300.0
 
     def __post_init__(self) -> None:
         if not self.change_n > 0.0:
             raise InputError("slip.change_n", f"{self.change_n}", "above 0; inf for no reaction to slips")
+        if self.turns < 1:
+            raise InputError("slip.turns", f"{self.turns}", "1 or more")
         if not (math.isfinite(self.raise_by) and self.raise_by >= 1.0):
             raise InputError("slip.raise_by", f"{self.raise_by}", "1 or more")
-        duration_ns(self.pause_ms, NS_PER_MS, "slip.pause_ms")
+        for key in ("within_ms", "pause_ms"):
+            duration_ns(getattr(self, key), NS_PER_MS, f"slip.{key}")
 
-    def record(self, touch: Touch, force: Array, taken_ns: int) -> float:
-        """Record a sample (k,), N; return the greatest RMS change of a sensor from sample to sample, N."""
+    def record(self, touch: Touch, force: Array, taken_ns: int) -> int | None:
+        """Record a sample (k,), N; return the number of a sensor whose force trembles, or None."""
+        if touch.trembling is None:
+            touch.trembling = Trembling(force.copy(), np.zeros(force.size),
+                                        np.full((force.size, self.turns), NEVER))
+        each = touch.trembling
         if taken_ns > touch.taken_ns:
-            if touch.force is not None:
-                change = float(np.max((force - touch.force) ** 2))
-                touch.variation += _WEIGHT * (change - touch.variation)
-            touch.force, touch.taken_ns = force.copy(), taken_ns
-        return math.sqrt(touch.variation)
+            touch.taken_ns = taken_ns
+            change = force - each.extreme
+            turned = (np.abs(change) > self.change_n) & (change * each.heading <= 0.0)
+            counted = turned & (each.heading != 0.0)
+            each.turned_ns[counted, 1:] = each.turned_ns[counted, :-1]
+            each.turned_ns[counted, 0] = taken_ns
+            each.heading[turned] = np.sign(change[turned])
+            onwards = change * each.heading > 0.0
+            each.extreme[onwards] = force[onwards]
+        first_ns = each.turned_ns[:, -1]
+        newest = int(np.argmax(first_ns))
+        trembles = first_ns[newest] >= 0 and touch.taken_ns - first_ns[newest] < self.within_ms * NS_PER_MS
+        return newest if trembles else None
 
-    def react(self, touch: Touch, restless_n: float, now_ns: int) -> bool:
-        """Raise the target if there is a slip; return whether there is."""
-        rested = touch.raised_ns < 0 or now_ns - touch.raised_ns >= self.pause_ms * NS_PER_MS
-        if restless_n <= self.change_n or not rested:
+    def react(self, touch: Touch, now_ns: int) -> bool:
+        """Raise the target after a slip, unless that has just been done; return whether it is raised."""
+        if touch.raised_ns >= 0 and now_ns - touch.raised_ns < self.pause_ms * NS_PER_MS:
             return False
         touch.raised, touch.raised_ns = touch.raised * self.raise_by, now_ns
         return True
@@ -259,9 +292,9 @@ class GripForce:
     their pulse widths of that instant, or the input's where these are less, times a scale s, by which `loop`
     controls the force. There is no jump: `target` starts from the force at the hand-over. While posture
     control releases the object, s does not rise: its pulse widths have fallen by a tenth since `target` was
-    first reached; before, the hand may still be closing, and they may fall. Where forces tremble as under a
-    slipping object while nothing else changes them, `target` is raised. When contact is lost, s returns to 1
-    within `ramp_ms`.
+    first reached; before, the hand may still be closing, and they may fall. Where a force trembles
+    as under a slipping object while nothing else changes it, `target` is raised. When contact is lost, s
+    returns to 1 within `ramp_ms`.
 
     Attributes
     ----------
@@ -279,8 +312,8 @@ class GripForce:
     rise_n_per_s: rate of change of `target` (chosen).
     contact, slip: limits beyond which an object counts as held, and as slipping.
     loop: control of the force by s.
-    set_within_s: duration for which the force is controlled, after which s stays constant, as on a stimulator
-        that is set once; 0: as long as something is held.
+    set_within_s: duration for which the force is controlled, after which s stays constant and slips change
+        nothing, as on a stimulator that is set once; 0: as long as something is held.
     width_max_us, charge_max_uc: limits of every channel, on the input too.
     max_age_ms: greatest age of `force`.
     ramp_ms: duration in which s returns to 1.
@@ -405,7 +438,7 @@ class GripForce:
         """Take over at contact, react to slips, and report both."""
         touch, held = state.touch, state.touch.holding
         self.contact.look(touch, grip_n, tick.time_ns)
-        restless_n = self.slip.record(touch, cast(Array, force.value), force.newest_ns)
+        trembles = self.slip.record(touch, cast(Array, force.value), force.newest_ns)
         if touch.holding and not held:
             state.widths_s, state.target_n = pulses[:, 1].copy(), min(grip_n, self.force_max_n)
             state.integral, state.handed_ns, state.rising = state.log_scale, tick.time_ns, True
@@ -414,9 +447,11 @@ class GripForce:
         elif held and not touch.holding:
             touch.let_go()
             tick.report("contact_lost", "stimulation passes unchanged")
-        elif held and not (state.rising or self._opens(state, pulses)) and self.slip.react(
-                touch, restless_n, tick.time_ns):
-            tick.report("slip", f"a force changes by {restless_n:.2f} N from sample to sample")
+        elif trembles is not None and held and not (
+                state.rising or self._opens(state, pulses) or self._set(state, tick.time_ns)) and (
+                self.slip.react(touch, tick.time_ns)):
+            tick.report("slip", f"the force on {self.places[trembles]} turned {self.slip.turns} times within "
+                                f"{self.slip.within_ms:g} ms by more than {self.slip.change_n:g} N")
 
     def _regulate(self, state: GripForceState, grip_n: float, target_n: float, pulses: Array,
                   now_ns: int) -> None:
@@ -430,7 +465,7 @@ class GripForce:
         state.rising = abs(target - state.target_n) > reach
         state.closing &= state.rising
         state.target_n += min(max(target - state.target_n, -reach), reach)
-        if 0.0 < self.set_within_s * NS_PER_S <= now_ns - state.handed_ns:
+        if self._set(state, now_ns):
             return
         least = self.contact.force_n
         error = math.log(max(state.target_n, least) / max(grip_n, least))
@@ -439,6 +474,10 @@ class GripForce:
             state.widths_s[columns], longest)
         state.log_scale, state.integral = self.loop.next(state.gains, state.period_s, state.integral, error,
                                                          highest)
+
+    def _set(self, state: GripForceState, now_ns: int) -> bool:
+        """Whether s is set once for all."""
+        return 0.0 < self.set_within_s * NS_PER_S <= now_ns - state.handed_ns
 
     def _opens(self, state: GripForceState, pulses: Array) -> bool:
         """Whether posture control opens the hand that it has closed."""
