@@ -157,8 +157,8 @@ def npz(path: Path, where: str) -> dict[str, Any]:
 def hdf5_file(path: Path, where: str) -> dict[str, Any]:
     """Content of an HDF5 file by its attribute `format`.
 
-    A motion file of fesloop gives `attributes` and `items` as they are; a run's recording nothing more;
-    any other file `content`, read as MATLAB 7.3 writes it.
+    A file of fesloop's own recordings of motion or stimulation gives `attributes` and `items` as they are; a
+    run's recording nothing more; any other file `content`, read as MATLAB 7.3 writes it.
     """
     with hdf5.open_hdf5(path, "a MATLAB .mat file or any other HDF5 file", where) as file:
         own = hdf5.attributes(file, where)
@@ -166,7 +166,7 @@ def hdf5_file(path: Path, where: str) -> dict[str, Any]:
         form = hdf5.text(own, "format", where) if form else ""
         if form.startswith("fesloop recording"):
             return {"format": form}
-        if form.startswith("fesloop motion"):
+        if form.startswith(("fesloop motion", "fesloop stimulation")):
             return {"format": form, **_group(file, where)}
         content = {key: value for key, value in own.items() if np.asarray(value).dtype.kind in "fiub"}
         for name, item in hdf5.members(file, where).items():
