@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import FINGERTIPS, HandSize
 from fesloop.hand.movements import MUSCLES
-from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
@@ -157,19 +156,6 @@ class MyoHand:
                              f"a right one, {found.size.hand_mm:.0f} mm long", "remove it")
         self._build()
 
-    def _held(self, spec: mujoco.MjSpec, tree: SegmentTree) -> Hold | None:
-        """Add the therapist's hands, at the joint angles nearest to the pose."""
-        if self.assist is None:
-            return None
-        pose = {name: angle for name, angle in self.assist.held_deg(tree).items()
-                if name not in self.splint_deg}
-        model = compiled(spec)
-        joints = Joints.of(model, tree)
-        rest = joints.nearest("myohand.rest_deg", model, rest_angles(self.rest_deg), np.zeros(len(JOINTS)))
-        places = np.rad2deg(joints.nearest("myohand.assist.pose_deg", model, pose, rest))
-        return add_hold(spec, {name: JOINTS[name] for name in pose if name in JOINTS},
-                        dict(zip(JOINTS, places.tolist(), strict=True)), self.assist)
-
     def _build(self) -> None:
         """Derive model and coefficients from the parameters."""
         pristine, shipped, found = loaded()
@@ -179,9 +165,6 @@ class MyoHand:
         weld_arm(spec, shipped, found, self._forearm(), 1e-3 * self.step_ms)
         set_skin(spec)
         add_segments(spec, found)
-        hold = self._held(spec, tree)
-        if self.forearm_moves:
-            add_forearm_drive(spec)
         bare = compiled(spec)
         joints = Joints.of(bare, tree)
         zero = np.zeros(len(JOINTS))
