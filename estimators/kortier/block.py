@@ -133,7 +133,9 @@ class KortierTracker:
         joint).
     motion_sd: sd of the hand's acceleration where the accelerometer gives the vertical, m/s^2 (chosen).
     still_window: samples of the zero-velocity detector; still_rate, still_acc: rms of rate and acceleration
-        below which the hand is still, rad/s, m/s^2; still_sd: sd of its velocity then, m/s (chosen).
+        below which the hand is still, rad/s, m/s^2; still_sd: sd of its velocity then, m/s (chosen). The
+        peak of a straight reach may count as still; with a still_acc of .1 it does not, but needs sensors as
+        quiet as the paper's.
     lost_rate_deg_s, clipped_rate_deg_s: sd of a missing rate, and of a clipped one (chosen).
     gap_ms: silence of a gyroscope after which its joints are untracked (chosen: ten samples at 100 Hz).
     gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
