@@ -1,0 +1,338 @@
+"""A population of arms from recordings of people, and a person from their own few trials.
+
+`ArmPopulation.of` estimates the spreads of `evoked_torque` by the marginal likelihood of all people's steady
+trials, and keeps what is common to them. `ArmPopulation.person` continues from there with a person's own
+trials: few of them leave the population's spread, many replace it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.special import expit, logit
+
+from fesloop.errors import InputError
+from fesloop.streams.stimulation import StimulationRecording
+from plants.arm.evoked_torque import (
+    Postures,
+    Spreads,
+    Weights,
+    common_shares,
+    features,
+    log_density,
+    muscles_under,
+)
+from plants.arm.muscle_paths import JOINTS
+
+Array = NDArray[np.float64]
+NEUTRAL_RAD = np.deg2rad([90.0, 0.0, 0.0, 0.0])
+"""Angles of joints that a recording does not have."""
+_START = Spreads(muscles=1.0, constants=(0.3,) * 4, slopes=(0.3,) * 4, common_muscles=0.5,
+                 common_constants=0.5, common_slopes=0.5, coupling=0.1)
+"""Centre of the prior of the spreads' logarithms (shares: logits), whose standard deviation is 1 (chosen)."""
+_LEAST_SCALE_NM = 1e-3
+_ITERATIONS = 15
+
+
+class Cells(NamedTuple):
+    """Mean evoked torque of one electrode by posture.
+
+    Attributes
+    ----------
+    postures: n of them.
+    torque_nm: (n, j), of the recording's joints. trials: (n,), numbers of repeats.
+    """
+
+    postures: Postures
+    torque_nm: Array
+    trials: NDArray[np.int64]
+
+
+class Trials(NamedTuple):
+    """A person's steady trials.
+
+    Attributes
+    ----------
+    person: name.
+    joints: (j,), rows of `JOINTS` that the recording has.
+    cells: by electrode.
+    scale_nm: (j,), standard deviation of a repeat; NaN without repeats. free: its degrees of freedom.
+    """
+
+    person: str
+    joints: NDArray[np.int64]
+    cells: Mapping[str, Cells]
+    scale_nm: Array
+    free: int
+
+
+def trials_of(recording: StimulationRecording, postures: Sequence[str] | None = None) -> Trials:
+    """Steady trials of a recording, in all or the named postures.
+
+    Raises InputError without any, or with a joint or electrode that the model does not have.
+    """
+    steady = recording.steady
+    if steady is None:
+        raise InputError(recording.source, "has no steady trials", "isometric trials, one row each")
+    for name in recording.joints:
+        if name not in JOINTS:
+            raise InputError(f"{recording.source}: joints", f"{name!r}", f"of {', '.join(JOINTS)}")
+    joints = np.array([JOINTS.index(name) for name in recording.joints])
+    zero = np.where(np.isnan(recording.zero_rad), 0.0, recording.zero_rad)
+    evoked = steady.evoked_nm
+    found: dict[str, list[tuple[Array, Array, int]]] = {}
+    squares, free = np.zeros(len(joints)), 0
+    for (muscle, posture), rows in steady.cells().items():
+        if postures is not None and posture not in postures:
+            continue
+        electrode = recording.muscles[muscle]
+        muscles_under(electrode, f"{recording.source}: muscles")
+        angles = NEUTRAL_RAD.copy()
+        angles[joints] = zero + steady.reference_rad[rows].mean(axis=0)
+        found.setdefault(electrode, []).append((angles, evoked[rows].mean(axis=0), len(rows)))
+        squares += ((evoked[rows] - evoked[rows].mean(axis=0))**2).sum(axis=0)
+        free += len(rows) - 1
+    if not found:
+        raise InputError(recording.source, "has no trial of a muscle" + (
+            "" if postures is None else f" in {', '.join(postures)}"), "one or more")
+    cells = {}
+    for name, seen in found.items():
+        angles, means, repeats = (np.array(column) for column in zip(*seen, strict=True))
+        cells[name] = Cells(Postures.of(name, angles), means, repeats)
+    scale = np.maximum(np.sqrt(squares / free), _LEAST_SCALE_NM) if free else np.full(len(joints), np.nan)
+    return Trials(recording.person, joints, cells, scale, free)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ArmPopulation:
+    """What people have in common, and how they differ.
+
+    Attributes
+    ----------
+    people: names of those whose recordings it comes from.
+    spreads: of weights between people.
+    common: by electrode, distribution of the part of its weights that all people share.
+    scale_log_mean: (4,), mean logarithm of a repeat's standard deviation, N m, by joint.
+    scale_log_sd: its standard deviation between people, common to the joints; scale_log_sd_joint: of each
+        joint besides.
+    """
+
+    people: tuple[str, ...]
+    spreads: Spreads
+    common: Mapping[str, Weights]
+    scale_log_mean: Array
+    scale_log_sd: float
+    scale_log_sd_joint: float
+
+    @classmethod
+    def of(cls, people: Sequence[Trials]) -> ArmPopulation:
+        """Estimate a population from two people or more with repeated trials of all four joints.
+
+        Raises InputError for fewer people or joints.
+        """
+        if len(people) < 2:
+            raise InputError("population", f"{len(people)} people", "two or more")
+        for each in people:
+            if len(each.joints) < len(JOINTS) or not each.free:
+                raise InputError(each.person, "lacks joints or repeated trials", "all of "
+                                 f"{', '.join(JOINTS)}, each posture more than once")
+        spreads = _fitted_spreads(people)
+        electrodes = sorted({name for each in people for name in each.cells})
+        logs = np.log([each.scale_nm for each in people])
+        persons = logs.mean(axis=1)
+        left = logs - logs.mean(axis=0) - (persons - persons.mean())[:, np.newaxis]
+        free = (len(people) - 1) * (len(JOINTS) - 1)
+        return cls(people=tuple(each.person for each in people), spreads=spreads,
+                   common={name: _common(name, people, spreads) for name in electrodes},
+                   scale_log_mean=logs.mean(axis=0), scale_log_sd=float(persons.std(ddof=1)),
+                   scale_log_sd_joint=float(np.sqrt((left**2).sum() / free)))
+
+    @classmethod
+    def shipped(cls) -> ArmPopulation:
+        """The population of five able-bodied people (docs/models/people.md)."""
+        return cls.from_document(json.loads((files(__package__) / "population.json").read_text("utf-8")))
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> ArmPopulation:
+        """Make a population from what `as_document` makes of it."""
+        lower = {name: np.zeros((len(each["mean"]),) * 2) for name, each in document["common"].items()}
+        for name, each in document["common"].items():
+            lower[name][np.tril_indices(len(each["mean"]))] = each["lower"]
+        spreads: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value
+                                   for key, value in document["spreads"].items()}
+        return cls(
+            people=tuple(document["people"]), spreads=Spreads(**spreads),
+            common={name: Weights(np.array(each["mean"]), lower[name] @ lower[name].T)
+                    for name, each in document["common"].items()},
+            scale_log_mean=np.array(document["scale_log_mean"]), scale_log_sd=document["scale_log_sd"],
+            scale_log_sd_joint=document["scale_log_sd_joint"])
+
+    def as_document(self) -> dict[str, Any]:
+        """Plain lists and numbers, of six digits; covariances by their lower Cholesky factors."""
+        def short(values: Any) -> Any:
+            if np.ndim(values):
+                return [short(value) for value in values]
+            return float(f"{values:.6g}")
+
+        common = {}
+        for name, (mean, covariance) in self.common.items():
+            lower = np.linalg.cholesky(covariance)
+            common[name] = {"mean": short(mean), "lower": short(lower[np.tril_indices(len(mean))])}
+        return {"people": list(self.people),
+                "spreads": {key: short(value) for key, value in asdict(self.spreads).items()},
+                "scale_log_mean": short(self.scale_log_mean), "scale_log_sd": short(self.scale_log_sd),
+                "scale_log_sd_joint": short(self.scale_log_sd_joint), "common": common}
+
+    def write(self, path: Path) -> None:
+        """Write the population as JSON."""
+        path.write_text(json.dumps(self.as_document()) + "\n", encoding="utf-8")
+
+    def newcomer(self, electrode: str) -> Weights:
+        """Distribution of the weights of a person who was not seen."""
+        shares = common_shares(electrode, self.spreads)
+        known = self.common.get(electrode) or Weights(np.zeros(len(shares)), np.diag(shares))
+        return Weights(known.mean, known.covariance + np.diag(1.0 - shares))
+
+    def scales(self, number: int, rng: np.random.Generator) -> Array:
+        """Random standard deviations of a repeat (number, 4), N m, of people who were not seen.
+
+        Their logarithms have Student's distribution, as their spread comes from few people.
+        """
+        people = len(self.people)
+        widened = self.scale_log_sd * np.sqrt(1.0 + 1.0 / people) * rng.standard_t(people + 1, number)
+        joints = self.scale_log_sd_joint * rng.normal(size=(number, len(JOINTS)))
+        return np.asarray(np.exp(self.scale_log_mean + widened[:, np.newaxis] + joints))
+
+    def person(self, trials: Trials) -> ArmPerson:
+        """Posterior of a person after their own trials."""
+        scale = self._scale(trials)
+        weights = {}
+        for electrode in sorted({*self.common, *trials.cells}):
+            prior = self.newcomer(electrode)
+            if electrode in trials.cells:
+                rows, seen, variance = _stacked(electrode, trials, scale, self.spreads)
+                prior = prior.given(rows, seen, variance)
+            weights[electrode] = prior
+        return ArmPerson(trials.person, self.spreads, scale, weights, tuple(trials.cells))
+
+    def _scale(self, trials: Trials) -> Array:
+        """Standard deviation of a repeat (4,): the person's, the population's as far as repeats are few."""
+        between = self.scale_log_sd**2 + self.scale_log_sd_joint**2
+        logs = self.scale_log_mean.copy()
+        if trials.free:
+            weight = 2.0 * trials.free  # over the variance of the logarithm of an estimated sd
+            logs[trials.joints] = ((weight * np.log(trials.scale_nm) + logs[trials.joints] / between)
+                                   / (weight + 1.0 / between))
+        return np.asarray(np.exp(logs))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmPerson:
+    """A person's evoked torque by posture, with what is uncertain about it.
+
+    Attributes
+    ----------
+    name: of the person.
+    spreads: of the population that it is part of.
+    scale_nm: (4,), standard deviation of a repeat, by joint.
+    weights: distribution of each electrode's weights.
+    tried: electrodes that this person's own trials had.
+    """
+
+    name: str
+    spreads: Spreads
+    scale_nm: Array
+    weights: Mapping[str, Weights]
+    tried: tuple[str, ...]
+
+    def torque(self, electrode: str, angles: Array) -> tuple[Array, Array]:
+        """Evoked torque at angles (n, 4), rad: mean (n, 4) and standard deviation (n, 4), N m."""
+        rows = features(Postures.of(electrode, angles), self.scale_nm, self.spreads)
+        mean, covariance = self.weights[electrode]
+        return rows @ mean, np.sqrt(np.einsum("njk,kl,njl->nj", rows, covariance, rows))
+
+    def draws(self, electrode: str, angles: Array, number: int, rng: np.random.Generator) -> Array:
+        """Random evoked torque (number, n, 4), N m, at angles (n, 4), rad, of the posterior."""
+        rows = features(Postures.of(electrode, angles), self.scale_nm, self.spreads)
+        mean, covariance = self.weights[electrode]
+        drawn = rng.multivariate_normal(mean, covariance, number, method="cholesky")
+        return np.asarray(np.einsum("njk,dk->dnj", rows, drawn))
+
+
+def _stacked(electrode: str, trials: Trials, scale: Array, spreads: Spreads) -> tuple[Array, Array, Array]:
+    """Rows, values and noise variances of one electrode's cells, all joints below each other."""
+    cells = trials.cells[electrode]
+    rows = features(cells.postures, scale, spreads)[:, trials.joints]
+    variance = scale[trials.joints]**2 / cells.trials[:, np.newaxis]
+    return rows.reshape(-1, rows.shape[2]), cells.torque_nm.ravel(), variance.ravel()
+
+
+def _common(electrode: str, people: Sequence[Trials], spreads: Spreads) -> Weights:
+    """Distribution of the common part of an electrode's weights, given all people."""
+    shares = common_shares(electrode, spreads)
+    own = Weights(np.zeros(len(shares)), np.diag(1.0 - shares))
+    precision, weighted = np.diag(1.0 / shares), np.zeros(len(shares))
+    for each in people:
+        if electrode in each.cells:
+            rows, seen, variance = _stacked(electrode, each, each.scale_nm, spreads)
+            total = rows @ own.covariance @ rows.T
+            total[np.diag_indices_from(total)] += variance
+            solved = np.linalg.solve(total, rows)
+            precision = precision + rows.T @ solved
+            weighted = weighted + solved.T @ seen
+    covariance = np.linalg.inv(precision)
+    return Weights(covariance @ weighted, 0.5 * (covariance + covariance.T))
+
+
+def _fitted_spreads(people: Sequence[Trials]) -> Spreads:
+    """Spreads of greatest posterior density: marginal likelihood times a prior of their logarithms."""
+    start = _as_logs(_START)
+
+    def cost(logs: Array) -> float:
+        spreads = _of_logs(logs)
+        return 0.5 * float(((logs - start)**2).sum()) - sum(
+            _log_likelihood(name, people, spreads)
+            for name in sorted({name for each in people for name in each.cells}))
+
+    found = minimize(cost, start, method="L-BFGS-B", bounds=[(-5.0, 5.0)] * len(start),
+                     options={"maxiter": _ITERATIONS})
+    return _of_logs(found.x)
+
+
+def _log_likelihood(electrode: str, people: Sequence[Trials], spreads: Spreads) -> float:
+    """Log density of all people's cells of an electrode, by the chain rule: one person after the other."""
+    shares = common_shares(electrode, spreads)
+    common = Weights(np.zeros(len(shares)), np.diag(shares))
+    total = 0.0
+    for each in people:
+        if electrode not in each.cells:
+            continue
+        rows, seen, variance = _stacked(electrode, each, each.scale_nm, spreads)
+        own = rows * np.sqrt(1.0 - shares)
+        stacked, weights = np.hstack([rows, own]), Weights(
+            np.concatenate([common.mean, np.zeros(len(shares))]),
+            np.block([[common.covariance, np.zeros((len(shares),) * 2)],
+                      [np.zeros((len(shares),) * 2), np.eye(len(shares))]]))
+        total += log_density(stacked, seen, weights, variance)
+        mean, covariance = weights.given(stacked, seen, variance)
+        common = Weights(mean[:len(shares)], covariance[:len(shares), :len(shares)])
+    return total
+
+
+def _as_logs(spreads: Spreads) -> Array:
+    return np.concatenate([np.log([spreads.muscles, *spreads.constants, *spreads.slopes, spreads.coupling]),
+                           logit([spreads.common_muscles, spreads.common_constants, spreads.common_slopes])])
+
+
+def _of_logs(logs: Array) -> Spreads:
+    sizes, shares = np.exp(logs[:10]).tolist(), expit(logs[10:]).tolist()
+    return Spreads(muscles=sizes[0], constants=tuple(sizes[1:5]), slopes=tuple(sizes[5:9]), coupling=sizes[9],
+                   common_muscles=shares[0], common_constants=shares[1], common_slopes=shares[2])
