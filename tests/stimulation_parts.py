@@ -32,10 +32,11 @@ def trials(rng, joints=2, muscles=2, visits=4, baseline="visit_median"):
     visit = np.repeat(np.arange(visits), muscles + 1)
     muscle = np.tile(np.arange(PASSIVE, muscles), visits)
     on = muscle != PASSIVE
+    reference = any_numbers(rng, n, joints)
     return SteadyTrials(
         muscle=muscle, posture=np.array(["10", "01"])[visit % 2], visit=visit, repeat=visit // 2,
         order=np.tile(np.arange(muscles + 1), visits), time_s=any_numbers(rng, n, scale=1e3, lacking=0.1),
-        reference_rad=any_numbers(rng, n, joints), angle_rad=any_numbers(rng, n, joints),
+        reference_rad=reference, angle_rad=reference + any_numbers(rng, n, joints, scale=0.1),
         pulse_width_s=on * rng.uniform(1e-5, 5e-4, n), current_a=on * rng.uniform(1e-3, 0.1, n),
         device_torque_nm=any_numbers(rng, n, joints, scale=10.0),
         device_torque_sd_nm=any_numbers(rng, n, joints, lacking=0.1),

@@ -26,7 +26,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.streams import hdf5
-from fesloop.streams.text_table import parse_table
+from fesloop.streams.text_table import parse_columns, parse_table
 
 IDLE_S = 30
 """Time without a file after which the process ends (chosen)."""
@@ -227,8 +227,14 @@ def table(path: Path, where: str, **form: Any) -> dict[str, Any]:
     return parse_table(path, where, **form)
 
 
+def columns(path: Path, where: str, **form: Any) -> dict[str, Any]:
+    """Columns of a text table by name, of numbers and texts; see `fesloop.streams.text_table`."""
+    return parse_columns(path, where, **form)
+
+
 DECODERS: dict[str, Callable[..., Any]] = {
-    "xdf": xdf, "matlab": matlab, "npz": npz, "hdf5": hdf5_file, "table": table}
+    "xdf": xdf, "matlab": matlab, "npz": npz, "hdf5": hdf5_file, "table": table,
+    "columns": columns}
 
 
 def plain(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -85,6 +86,61 @@ def read_table(path: Path, form: TextForm) -> TextTable:
     return TextTable(tuple(found["names"]), found["values"])
 
 
+def read_columns(path: Path, form: TextForm, texts: Collection[str]) -> dict[str, Any]:
+    """Columns of a table in a text file by name; `texts` names those that hold text.
+
+    `line` holds the line of each row, `columns` the columns: (rows,) numbers, or a list of texts. Quotes are
+    those of RFC 4180. Raises InputError as `read_table` does, and for a name that is given twice.
+    """
+    found: dict[str, Any] = read_file("columns", path, texts=sorted(texts), **asdict(form))
+    return found
+
+
+def parse_columns(path: Path, where: str, texts: Sequence[str], **form: Any) -> dict[str, Any]:
+    """Columns of a table, by `read_columns`' rules; runs in the reader process."""
+    text_form = TextForm(**{**form, "missing": tuple(form["missing"])})
+    content = read_text(path, "a table with a line of names", where)
+    before = max(text_form.header - 1, 0)
+    reader = csv.reader((line.strip(" ") for line in content.splitlines()[before:]), strict=True,
+                        delimiter=text_form.separator, skipinitialspace=True)
+    rows, lines = [], []
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                rows.append([cell.strip() for cell in cells])
+                lines.append(before + reader.line_num)
+    except csv.Error as fault:
+        raise InputError(f"{where}: line {before + reader.line_num}", f"is no row: {fault}",
+                         "rows of cells") from None
+    if len(rows) < 2:
+        raise InputError(where, "holds no row after its names" if rows else "is empty", "one or more rows")
+    names = rows[0]
+    for name in names:
+        if names.count(name) > 1 or not name:
+            raise InputError(f"{where}: line {lines[0]}", f"column {name!r} is given twice" if name
+                             else "has a column without a name", "a name a column, each once")
+    for cells, line in zip(rows[1:], lines[1:], strict=True):
+        if len(cells) != len(names):
+            raise InputError(f"{where}: line {line}", f"has {len(cells)} columns, {len(names)} are named",
+                             "rows of equal length")
+    columns: dict[str, Any] = {}
+    for name, column in zip(names, zip(*rows[1:], strict=True), strict=True):
+        columns[name] = list(column) if name in texts else np.array([
+            _number(cell, text_form, f"{where}: line {line}: column {name!r}")
+            for cell, line in zip(column, lines[1:], strict=True)])
+    return {"line": np.array(lines[1:]), "columns": columns}
+
+
+def _number(cell: str, form: TextForm, place: str) -> float:
+    """Number in a cell; InputError for anything else."""
+    try:
+        return form.number(cell)
+    except ValueError:
+        marks = ", ".join(repr(mark) for mark in form.missing)
+        raise InputError(place, f"{cell[:40]!r} is no number",
+                         f"numbers, or one of the marks for missing ones: {marks}") from None
+
+
 def parse_table(path: Path, where: str, **form: Any) -> dict[str, Any]:
     """Names and values of a table, by `read_table`'s rules; runs in the reader process.
 
@@ -126,14 +182,7 @@ def _cell_by_cell(lines: Sequence[str], form: TextForm, columns: int, names: Seq
         if len(cells) != columns:
             raise InputError(f"{where}: line {number}", f"has {len(cells)} columns, the first row has "
                              f"{columns}", "rows of equal length")
-        row = []
-        for column, cell in enumerate(cells):
-            try:
-                row.append(form.number(cell))
-            except ValueError:
-                name = repr(names[column]) if names else column + 1
-                marks = ", ".join(repr(mark) for mark in form.missing)
-                raise InputError(f"{where}: line {number}: column {name}", f"{cell[:40]!r} is no number",
-                                 f"numbers, or one of the marks for missing ones: {marks}") from None
-        values.append(row)
+        values.append([_number(cell, form, f"{where}: line {number}: column "
+                               f"{repr(names[column]) if names else column + 1}")
+                       for column, cell in enumerate(cells)])
     return np.array(values)

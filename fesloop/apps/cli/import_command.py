@@ -2,15 +2,63 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Namespace
 from typing import Any
 
-from fesloop.apps.cli.output import print_doubts, print_json, progress_bar
+from fesloop.apps.cli.output import print_doubts, print_json, print_table, progress_bar
+from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 
 
 def execute(args: Namespace) -> int:
-    """Read a recording of any known format and write it as a motion file."""
+    """Read a recording of any known format and write it as a file of fesloop's own."""
+    if (args.target is None) == (args.out is None):
+        raise InputError("TARGET", "is missing" if args.target is None else "is given twice",
+                         "the file to write, as TARGET or with --out")
+    args.target = args.target or args.out
+    return _import_stimulation(args) if args.stimulation else _import_motion(args)
+
+
+def _import_stimulation(args: Namespace) -> int:
+    """Import a recording of stimulated muscle; print what it holds and how it scatters."""
+    from fesloop.streams.stimulation.files import import_stimulation
+    from fesloop.streams.stimulation.summary import doubts_about, summary_of
+
+    for option in ("layout", "sensor_set", "resample"):
+        if getattr(args, option) is not None:
+            raise InputError(f"--{option.replace('_', '-')}", "is of recordings of inertial sensors",
+                             "no such option with --stimulation")
+    with progress_bar(f"import {args.source}"):
+        recording = import_stimulation(args.source, args.target)
+    doubts, summary = doubts_about(recording), summary_of(recording)
+    for doubt in doubts.values():
+        print(f"fesloop: {args.source}: {doubt}", file=sys.stderr)
+    if args.json:
+        print_json({"stimulation": args.target, **summary, "doubts": doubts})
+        return 0
+    held = [f"{count} {name if count > 1 else name.removesuffix('s')}" for name, count in (
+        ("courses of torque", summary["courses"]), ("movements", summary["movements"]),
+        ("courses of force", summary["forces"])) if count]
+    steady = summary.get("steady")
+    if steady is not None:
+        fewest, most = steady["repeats"]
+        held.insert(0, f"{steady['trials']} isometric trials ({steady['passive']} passive, "
+                    f"{steady['postures']} postures, {len(steady['muscles'])} muscles, {fewest} "
+                    + (f"to {most} " if most > fewest else "") + "repeats)")
+    print(f"{args.target}: {recording.person}: {', '.join(held)}, from {recording.source} "
+          f"({recording.source_format})")
+    if steady is not None:
+        rows = [[joint, *("-" if steady[key][joint] is None else f"{steady[key][joint]:{form}}"
+                          for key, form in (("sd_nm", ".3f"), ("rms_nm", ".3f"), ("snr", ".2f")))]
+                for joint in recording.joints]
+        print_table("evoked torque, N m: sd of a repeat; rms over muscles and postures; their ratio",
+                    ["joint", "sd", "rms", "SNR"], rows, sys.stdout)
+    return 0
+
+
+def _import_motion(args: Namespace) -> int:
+    """Import a recording of inertial sensors; print what it holds and lacks."""
     from fesloop.streams.doubts import all_doubts, lacking_in, lost_samples
     from fesloop.streams.files import import_recording
 

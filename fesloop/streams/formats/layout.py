@@ -202,15 +202,24 @@ def read_layout(path: Path) -> Layout:
 
     Raises InputError, InputErrors: every fault of the file, one line each, with file and key.
     """
+    layout: Layout = read_described_by(path, Layout, _ALLOWED)
+    return layout
+
+
+def read_described_by(path: Path, kind: type[Any], allowed: str) -> Any:
+    """Object of a dataclass from a TOML file whose keys are its fields; `allowed` names such a file.
+
+    Raises InputError, InputErrors: every fault of the file, one line each, with file and key.
+    """
     from fesloop.forms.faults import faults_of
     from fesloop.forms.schema import keys_at, make, table
 
     name = str(path)
     try:
-        document = tables_of(read_text(path, _ALLOWED))
+        document = tables_of(read_text(path, allowed))
     except TomlError as fault:
         raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
-    form = table(Layout, {})
+    form = table(kind, {})
     try:
         TypeAdapter(form).validate_json(json.dumps(document))
     except ValidationError as fault:
@@ -218,10 +227,9 @@ def read_layout(path: Path) -> Layout:
             fault.errors(include_url=False), document, lambda path: keys_at(form, path, document),
             tagged=False)]) from None
     try:
-        layout: Layout = make(Layout, document, {}, "")
+        return make(kind, document, {}, "")
     except InputError as fault:
         raise _in_file(fault, name) from None
-    return layout
 
 
 def _in_file(fault: Any, name: str) -> InputError:

@@ -5,14 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 from fesloop.errors import InputError
+from fesloop.given_files import is_file
 from fesloop.streams.reading import ZIP, head_of, is_hdf5, read_file
 from fesloop.streams.stimulation import stored
 from fesloop.streams.stimulation.published import PUBLISHED, read_published
 from fesloop.streams.stimulation.recording import StimulationRecording
 from fesloop.streams.stimulation.stored import write_stimulation
+from fesloop.streams.stimulation.table import read_tables
 
 ALLOWED = ("a TOML file that describes tables of trials, a NumPy .npz archive of a known set "
            f"({', '.join(each.name for each in PUBLISHED)}), or {stored.ALLOWED}")
+
+
+_TABLES = (".csv", ".tsv", ".txt")
 
 
 def open_stimulation(path: str | Path) -> StimulationRecording:
@@ -20,12 +25,22 @@ def open_stimulation(path: str | Path) -> StimulationRecording:
 
     Parameters
     ----------
-    path: of a file that `fesloop import --stimulation` wrote, or of anything that it reads.
+    path: of a file that `fesloop import --stimulation` wrote; a TOML file that describes tables
+        (`fesloop.streams.stimulation.table`), or a table that has one of its name beside it; or a NumPy
+        archive of a published set (`fesloop.streams.stimulation.published`).
 
     Raises InputError, naming file, table, row and column, for anything that is not a sound recording.
     """
     file = Path(path)
     head = head_of(file, ALLOWED)
+    if file.suffix == ".toml":
+        return read_tables(file)
+    if file.suffix in _TABLES:
+        layout = file.with_suffix(".toml")
+        if not is_file(layout):
+            raise InputError(str(file), "is a table that no file describes", f"{layout.name} beside it",
+                             "describe it there: docs/howto/stimulation_recordings.md")
+        return read_tables(layout)
     if is_hdf5(head):
         return stored.recording_in(read_file("hdf5", file), file)
     if head.startswith(ZIP):

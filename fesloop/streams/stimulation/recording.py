@@ -36,8 +36,13 @@ LARGEST_TORQUE_NM = MappingProxyType({
 and forearm 8.9 are means of men (Askew 1987, Clinical Orthopaedics 222:261), wrist 18.7 and 15.3 the greatest
 of ten wrists (Delp 1996, doi 10.1016/0021-9290(96)00029-2)."""
 _OTHER_JOINT_NM = 145.0
-_LONGEST_PULSE_S, _SHORTEST_PULSE_S, _LARGEST_CURRENT_A = 2e-3, 1e-6, 0.2
+LONGEST_PULSE_S, SHORTEST_PULSE_S, LARGEST_CURRENT_A = 2e-3, 1e-6, 0.2
 """Pulses beyond what stimulators of muscle give (chosen: commercial ones end at 1 ms and 130 mA)."""
+
+
+_APART_RAD = np.radians(30.0)
+"""Angle further from its reference than a device that holds a joint yields (chosen: the published ones yield
+by up to 6 deg)."""
 
 
 class Sized(NamedTuple):
@@ -444,15 +449,15 @@ def require_possible_torque(torque_nm: Array, joints: tuple[str, ...], place: st
 def require_possible_pulses(width_s: Array, current_a: Any, place: str) -> None:
     """Raise InputError for pulse widths and currents that no stimulator of muscle gives."""
     given = width_s[width_s != 0.0]
-    if given.size and not (given.min() > 0.0 and _SHORTEST_PULSE_S <= given.max() <= _LONGEST_PULSE_S):
+    if given.size and not (given.min() > 0.0 and SHORTEST_PULSE_S <= given.max() <= LONGEST_PULSE_S):
         raise InputError(f"{place}: pulse width", f"is {1e6 * given.min():.4g} to {1e6 * given.max():.4g} us",
-                         f"0, or {1e6 * _SHORTEST_PULSE_S:g} to {1e6 * _LONGEST_PULSE_S:g} us",
+                         f"0, or {1e6 * SHORTEST_PULSE_S:g} to {1e6 * LONGEST_PULSE_S:g} us",
                          "check the unit of pulse width")
     currents = np.asarray(current_a)
-    if currents.size and (currents.min() < 0.0 or currents.max() > _LARGEST_CURRENT_A):
+    if currents.size and (currents.min() < 0.0 or currents.max() > LARGEST_CURRENT_A):
         raise InputError(f"{place}: current",
                          f"is {1e3 * currents.min():.4g} to {1e3 * currents.max():.4g} mA",
-                         f"0 to {1e3 * _LARGEST_CURRENT_A:g} mA", "check the unit of current")
+                         f"0 to {1e3 * LARGEST_CURRENT_A:g} mA", "check the unit of current")
 
 
 def _require_possible_angles(angle_rad: Array, joints: tuple[str, ...], place: str) -> None:
@@ -473,6 +478,14 @@ def _require_sound_trials(trials: SteadyTrials, muscles: tuple[str, ...]) -> Non
         row = int(np.argmax(unknown))
         raise InputError(f"steady: muscle: row {row + 1}", f"{trials.muscle[row]}",
                          f"0 to {len(muscles) - 1}, or {PASSIVE} in a passive trial")
+    apart = np.abs(trials.angle_rad - trials.reference_rad) > _APART_RAD
+    if apart.any():
+        row, j = np.argwhere(apart)[0]
+        at, reference = (np.degrees(each[row, j]) for each in (trials.angle_rad, trials.reference_rad))
+        raise InputError(f"steady: row {row + 1}: joint {j}",
+                         f"is at {at:.4g} deg, its reference is {reference:.4g} deg",
+                         f"angles within {np.degrees(_APART_RAD):.3g} deg of their reference",
+                         "check units and signs of both")
     pulsed = (trials.pulse_width_s > 0.0) & (trials.current_a > 0.0)
     wrong = pulsed & ~trials.stimulated
     if wrong.any():
