@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from plants.arm.muscle_paths import HALF_RANGE_RAD, JOINTS, MIDDLE_RAD, muscle_paths
+from fesloop.hand.muscle_paths import HALF_RANGE_RAD, JOINTS, MIDDLE_RAD, muscle_paths
 
 PATHS = muscle_paths()
 LOWEST, HIGHEST = np.deg2rad([10, -80, -45, -10]), np.deg2rad([130, 80, 45, 25])

@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import expit, logit
 
-from fesloop.errors import InputError
-from fesloop.streams.stimulation import StimulationRecording
-from plants.arm.evoked_torque import (
+from fesloop.analysis.people.evoked_torque import (
     Postures,
     Spreads,
     Weights,
@@ -30,7 +28,9 @@ from plants.arm.evoked_torque import (
     log_density,
     muscles_under,
 )
-from plants.arm.muscle_paths import JOINTS
+from fesloop.errors import InputError
+from fesloop.hand.muscle_paths import JOINTS
+from fesloop.streams.stimulation import StimulationRecording
 
 Array = NDArray[np.float64]
 NEUTRAL_RAD = np.deg2rad([90.0, 0.0, 0.0, 0.0])

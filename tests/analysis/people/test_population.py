@@ -10,9 +10,7 @@ import pytest
 from hypothesis import given, settings
 from scipy.stats import multivariate_normal
 
-from fesloop.errors import InputError
-from fesloop.streams.stimulation import SteadyTrials, StimulationRecording, open_stimulation
-from plants.arm.evoked_torque import (
+from fesloop.analysis.people.evoked_torque import (
     UNDER_ELECTRODES,
     Postures,
     Spreads,
@@ -21,8 +19,10 @@ from plants.arm.evoked_torque import (
     features,
     log_density,
 )
-from plants.arm.muscle_paths import JOINTS
-from plants.arm.population import ArmPopulation, trials_of
+from fesloop.analysis.people.population import ArmPopulation, trials_of
+from fesloop.errors import InputError
+from fesloop.hand.muscle_paths import JOINTS
+from fesloop.streams.stimulation import SteadyTrials, StimulationRecording, open_stimulation
 
 SPREADS = Spreads(muscles=1.5, constants=(0.2, 0.3, 0.5, 0.4), slopes=(0.3, 0.3, 0.1, 0.2),
                   common_muscles=0.8, common_constants=0.3, common_slopes=0.4, coupling=0.1)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from fesloop.errors import InputError
-from plants.arm.muscle_paths import JOINTS, muscle_paths
+from fesloop.hand.muscle_paths import JOINTS, muscle_paths
 
 Array = NDArray[np.float64]
 UNDER_ELECTRODES = {

@@ -1,0 +1,1 @@
+"""People under stimulation: evoked torque by posture, persons, and the population that they come from."""
