@@ -163,33 +163,16 @@ class ArmPopulation:
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> ArmPopulation:
         """Make a population from what `as_document` makes of it."""
-        lower = {name: np.zeros((len(each["mean"]),) * 2) for name, each in document["common"].items()}
-        for name, each in document["common"].items():
-            lower[name][np.tril_indices(len(each["mean"]))] = each["lower"]
-        spreads: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value
-                                   for key, value in document["spreads"].items()}
         return cls(
-            people=tuple(document["people"]), spreads=Spreads(**spreads),
-            common={name: Weights(np.array(each["mean"]), lower[name] @ lower[name].T)
-                    for name, each in document["common"].items()},
-            scale_log_mean=np.array(document["scale_log_mean"]), scale_log_sd=document["scale_log_sd"],
-            scale_log_sd_joint=document["scale_log_sd_joint"])
+            people=tuple(document["people"]), spreads=_spreads_in(document["spreads"]),
+            common=_weights_in(document["common"]), scale_log_mean=np.array(document["scale_log_mean"]),
+            scale_log_sd=document["scale_log_sd"], scale_log_sd_joint=document["scale_log_sd_joint"])
 
     def as_document(self) -> dict[str, Any]:
         """Plain lists and numbers, of six digits; covariances by their lower Cholesky factors."""
-        def short(values: Any) -> Any:
-            if np.ndim(values):
-                return [short(value) for value in values]
-            return float(f"{values:.6g}")
-
-        common = {}
-        for name, (mean, covariance) in self.common.items():
-            lower = np.linalg.cholesky(covariance)
-            common[name] = {"mean": short(mean), "lower": short(lower[np.tril_indices(len(mean))])}
-        return {"people": list(self.people),
-                "spreads": {key: short(value) for key, value in asdict(self.spreads).items()},
-                "scale_log_mean": short(self.scale_log_mean), "scale_log_sd": short(self.scale_log_sd),
-                "scale_log_sd_joint": short(self.scale_log_sd_joint), "common": common}
+        return {"people": list(self.people), "spreads": _short(asdict(self.spreads)),
+                "scale_log_mean": _short(self.scale_log_mean), "scale_log_sd": _short(self.scale_log_sd),
+                "scale_log_sd_joint": _short(self.scale_log_sd_joint), "common": _weights_of(self.common)}
 
     def write(self, path: Path) -> None:
         """Write the population as JSON."""
@@ -253,6 +236,18 @@ class ArmPerson:
     weights: Mapping[str, Weights]
     tried: tuple[str, ...]
 
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> ArmPerson:
+        """Make a person from what `as_document` makes of them."""
+        return cls(document["person"], _spreads_in(document["spreads"]), np.array(document["scale_nm"]),
+                   _weights_in(document["weights"]), tuple(document["tried"]))
+
+    def as_document(self) -> dict[str, Any]:
+        """Plain lists and numbers, of six digits; covariances by their lower Cholesky factors."""
+        return {"person": self.name, "spreads": _short(asdict(self.spreads)),
+                "scale_nm": _short(self.scale_nm), "tried": list(self.tried),
+                "weights": _weights_of(self.weights)}
+
     def torque(self, electrode: str, angles: Array) -> tuple[Array, Array]:
         """Evoked torque at angles (n, 4), rad: mean (n, 4) and standard deviation (n, 4), N m."""
         rows = features(Postures.of(electrode, angles), self.scale_nm, self.spreads)
@@ -265,6 +260,34 @@ class ArmPerson:
         mean, covariance = self.weights[electrode]
         drawn = rng.multivariate_normal(mean, covariance, number, method="cholesky")
         return np.asarray(np.einsum("njk,dk->dnj", rows, drawn))
+
+
+def _short(values: Any) -> Any:
+    """Lists and numbers of six digits."""
+    if isinstance(values, dict):
+        return {key: _short(value) for key, value in values.items()}
+    return [_short(value) for value in values] if np.ndim(values) else float(f"{values:.6g}")
+
+
+def _spreads_in(document: Mapping[str, Any]) -> Spreads:
+    values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value
+                              for key, value in document.items()}
+    return Spreads(**values)
+
+
+def _weights_of(weights: Mapping[str, Weights]) -> dict[str, Any]:
+    return {name: {"mean": _short(mean),
+                   "lower": _short(np.linalg.cholesky(covariance)[np.tril_indices(len(mean))])}
+            for name, (mean, covariance) in weights.items()}
+
+
+def _weights_in(document: Mapping[str, Any]) -> dict[str, Weights]:
+    found = {}
+    for name, each in document.items():
+        lower = np.zeros((len(each["mean"]),) * 2)
+        lower[np.tril_indices(len(lower))] = each["lower"]
+        found[name] = Weights(np.array(each["mean"]), lower @ lower.T)
+    return found
 
 
 def _stacked(electrode: str, trials: Trials, scale: Array, spreads: Spreads) -> tuple[Array, Array, Array]:

@@ -13,11 +13,44 @@ from fesloop.models.patient_model import require_usable
 
 
 def execute(args: Namespace) -> int:
+    """Write the file of a patient's model, or of a person."""
+    return _identify_person(args) if args.stimulation else _identify_model(args)
+
+
+def _identify_person(args: Namespace) -> int:
+    """Write a person's file; print torque and intervals, and what the recording does not say."""
+    from fesloop.analysis.people import identify
+
+    out = args.out or "person.json"
+    path = free_target(out, f"--out {out}")
+    person, lacking = identify.identify_person(args.recording)
+    identify.save(person, path)
+    for each in lacking:
+        print(f"fesloop: {args.recording}: {each}", file=sys.stderr)
+    print_made("person", path, {**identify.report(person), "lacking": lacking}, _print_person,
+               as_json=args.json)
+    return 0
+
+
+def _print_person(report: dict[str, Any]) -> None:
+    joints = list(report["repeat_sd_nm"])
+    rows = [[row["electrode"] + ("" if row["recorded"] else " *"),
+             *(f"{row[joint]['nm']:+.3f} ({row[joint]['low']:+.3f} to {row[joint]['high']:+.3f})"
+               for joint in joints)] for row in report["electrodes"]]
+    posture = ", ".join(f"{angle:g}" for angle in report["posture_deg"])
+    print_table(f"{report['person']}: evoked torque, N m, at {posture} deg, "
+                f"{100 * report['within']:.0f} % interval", ["electrode", *joints], rows, sys.stderr)
+    if not all(row["recorded"] for row in report["electrodes"]):
+        print("* not recorded: of the population", file=sys.stderr)
+
+
+def _identify_model(args: Namespace) -> int:
     """Write the model file of a recording's patient; print its fit to data that was held out.
 
     A model that explains too little is written for inspection and refused by controllers: exit code 1.
     """
-    path = free_target(args.out, f"--out {args.out}")
+    out = args.out or "model.toml"
+    path = free_target(out, f"--out {out}")
     with progress_bar(f"identify {args.recording}"):
         found = identifier()(args.recording, measured=args.measured, method=args.method)
     found.model.save(path)

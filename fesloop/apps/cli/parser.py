@@ -220,11 +220,14 @@ def _add_patient(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_identify(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("identify", help="fit a patient's model for controllers to a recording")
+    command = commands.add_parser("identify", help="fit a patient's model for controllers to a recording, "
+                                  "or a person to a recording of stimulation")
     command.add_argument("recording", metavar="RUN.h5", help="recording of an experiment such as "
-                         "identify_patient")
-    command.add_argument("--out", metavar="FILE", default="model.toml",
-                         help="the model file (default: model.toml)")
+                         "identify_patient; with --stimulation, of fesloop import --stimulation")
+    command.add_argument("--stimulation", action="store_true",
+                         help="fit the torque that stimulation evokes in a person's arm, by posture")
+    command.add_argument("--out", metavar="FILE",
+                         help="the file to write (default: model.toml; with --stimulation, person.json)")
     command.add_argument("--measured", metavar="SIGNAL", default="",
                          help="signal to be predicted (default: that of the block of kind synergies)")
     command.add_argument("--method", choices=("subspace", "fir"), default="subspace",

@@ -19,10 +19,13 @@ from fesloop.analysis.people.evoked_torque import (
     features,
     log_density,
 )
+from fesloop.analysis.people.identify import identify_person, load_person
 from fesloop.analysis.people.population import ArmPopulation, trials_of
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.hand.muscle_paths import JOINTS
 from fesloop.streams.stimulation import SteadyTrials, StimulationRecording, open_stimulation
+from fesloop.streams.stimulation.stored import write_stimulation
 
 SPREADS = Spreads(muscles=1.5, constants=(0.2, 0.3, 0.5, 0.4), slopes=(0.3, 0.3, 0.1, 0.2),
                   common_muscles=0.8, common_constants=0.3, common_slopes=0.4, coupling=0.1)
@@ -167,6 +170,39 @@ def test_a_population_is_read_as_it_was_written(world):
         np.testing.assert_allclose(again.common[name].mean, weights.mean, rtol=1e-5)
         np.testing.assert_allclose(again.common[name].covariance, weights.covariance, rtol=1e-4, atol=1e-6)
     assert again.spreads.coupling == pytest.approx(population.spreads.coupling, rel=1e-5)
+
+
+def test_identifies_a_person_from_a_file(world, tmp_path, monkeypatch, capsys):
+    truth, _, _ = world
+    torque, scale = truth[6]
+    seen = {name: torque[name] for name in ("biceps", "flexor carpi radialis")}
+    write_stimulation(recording(seen, scale, np.random.default_rng(1), person="she", postures=[5, 6]),
+                      tmp_path / "she.h5")
+    monkeypatch.chdir(tmp_path)
+    assert main(["identify", "--stimulation", "she.h5", "--json"]) == 0
+    out, err = capsys.readouterr()
+    told = json.loads(out)
+    assert told["person"] == "she"
+    assert {row["electrode"] for row in told["electrodes"] if row["recorded"]} == set(seen)
+    assert "she.h5: few postures of biceps (2), flexor carpi radialis (2)" in err
+    assert "triceps was not stimulated: the interval is the population's" in err
+    person = load_person("person.json")
+    at = ZERO_RAD + np.deg2rad(GRID_DEG)
+    expected, _ = identify_person("she.h5")
+    for name in person.weights:
+        for ours, theirs in zip(person.torque(name, at), expected.torque(name, at), strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-5)
+    assert main(["identify", "--stimulation", "she.h5"]) == 2
+    assert "--out person.json: exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", ["", "{}", "[1]", '{"format": "fesloop person 1"}', "\x00"])
+def test_refuses_what_is_no_persons_file(tmp_path, content):
+    (tmp_path / "no.json").write_text(content)
+    with pytest.raises(InputError, match=r"no\.json: is not a person's file"):
+        load_person(tmp_path / "no.json")
+    with pytest.raises(InputError, match="cannot be read"):
+        load_person(tmp_path / "absent.json")
 
 
 def test_names_what_it_cannot_be_made_of(world):
