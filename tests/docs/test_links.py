@@ -9,7 +9,7 @@ import pytest
 from docstrings import DOI, found_doi
 
 ROOT = Path(__file__).resolve().parents[2]
-HOSTS = {"bids-specification.readthedocs.io", "doi.org", "labstreaminglayer.readthedocs.io",
+HOSTS = {"bids-specification.readthedocs.io", "doi.org", "github.com", "labstreaminglayer.readthedocs.io",
          "python-control.org", "www.w3.org"}
 _ADDRESS = re.compile(r"\bhttps?://[^\s\"'`<>\\\])]+")
 _DOI_LINK = re.compile(r"\[([^\]]*)\]\(https://doi\.org/(\S+?)\)(?!\d)")

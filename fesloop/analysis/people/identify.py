@@ -44,7 +44,7 @@ def identify_person(recording: str | Path) -> tuple[ArmPerson, list[str]]:
     return population.person(trials), lacking
 
 
-def report(person: ArmPerson) -> dict[str, Any]:
+def summary_of(person: ArmPerson) -> dict[str, Any]:
     """Torque of each electrode in the reference posture: mean and interval, N m, by joint."""
     times = float(norm.ppf(0.5 + 0.5 * WITHIN))
     rows = []

@@ -27,20 +27,20 @@ def _identify_person(args: Namespace) -> int:
     identify.save(person, path)
     for each in lacking:
         print(f"fesloop: {args.recording}: {each}", file=sys.stderr)
-    print_made("person", path, {**identify.report(person), "lacking": lacking}, _print_person,
+    print_made("person", path, {**identify.summary_of(person), "lacking": lacking}, _print_person,
                as_json=args.json)
     return 0
 
 
-def _print_person(report: dict[str, Any]) -> None:
-    joints = list(report["repeat_sd_nm"])
+def _print_person(summary: dict[str, Any]) -> None:
+    joints = list(summary["repeat_sd_nm"])
     rows = [[row["electrode"] + ("" if row["recorded"] else " *"),
              *(f"{row[joint]['nm']:+.3f} ({row[joint]['low']:+.3f} to {row[joint]['high']:+.3f})"
-               for joint in joints)] for row in report["electrodes"]]
-    posture = ", ".join(f"{angle:g}" for angle in report["posture_deg"])
-    print_table(f"{report['person']}: evoked torque, N m, at {posture} deg, "
-                f"{100 * report['within']:.0f} % interval", ["electrode", *joints], rows, sys.stderr)
-    if not all(row["recorded"] for row in report["electrodes"]):
+               for joint in joints)] for row in summary["electrodes"]]
+    posture = ", ".join(f"{angle:g}" for angle in summary["posture_deg"])
+    print_table(f"{summary['person']}: evoked torque, N m, at {posture} deg, "
+                f"{100 * summary['within']:.0f} % interval", ["electrode", *joints], rows, sys.stderr)
+    if not all(row["recorded"] for row in summary["electrodes"]):
         print("* not recorded: of the population", file=sys.stderr)
 
 
