@@ -222,3 +222,43 @@ class Arrivals:
             tick.report("repeated_sample", "no newer sample of the gyroscopes: the last one is held")
         if not self._troubled:
             tick.report("samples_valid", "every sensor gives sound samples again")
+
+
+_MISSED_SD = math.radians(12.0)
+"""Sd of what clipped rates have missed of a rotation, rad, above which it is reported (chosen: more than that
+of an angle from sensors that are turned on their segments)."""
+
+
+class Overrun:
+    """What gyroscopes have missed of rotations that were faster than they can measure.
+
+    Parameters
+    ----------
+    sensors: their number.
+    rate_sd: sd of a rate in excess of a clipped one, rad/s.
+    """
+
+    __slots__ = ("_missed", "_rate_sd", "_reported", "_under_way")
+
+    def __init__(self, sensors: int, rate_sd: float) -> None:
+        self._missed, self._rate_sd = np.zeros(sensors), rate_sd
+        self._reported = np.zeros(sensors, dtype=np.bool_)
+        self._under_way = False
+
+    def note(self, codes: NDArray[np.uint8], elapsed_s: float, tick: Tick) -> None:
+        """Add a tick with the `codes` (3, n) of `Arrivals`; report what was missed at the movement's end."""
+        clipped = (codes[0] & CLIPPED) != 0
+        if clipped.any():
+            # The excess is constant: its sd grows with time, not with its square root.
+            self._missed[clipped] += self._rate_sd * elapsed_s
+            self._under_way = True
+        elif self._under_way:
+            self._under_way = False
+            new = (self._missed > _MISSED_SD) & ~self._reported
+            self._reported |= new
+            if new.any():
+                tick.report("rates_beyond_range", (
+                    "movement was faster than gyr of sensor " + ", ".join(str(s) for s in np.flatnonzero(new))
+                    + " can measure, and angles may be off by "
+                    f"{math.degrees(self._missed[new].max()):.0f} deg (sd): let a hand go more slowly, or "
+                    "use sensors of a larger range"))

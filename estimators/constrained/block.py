@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.arrivals import Arrivals
+from estimators.arrivals import Arrivals, Overrun
 from estimators.body.body import (
     ALIGNED_PORT,
     Body,
@@ -35,6 +35,7 @@ from estimators.calibration.pose_evidence import (
 )
 from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
+from estimators.constrained.measurements import PERIOD
 from estimators.constrained.posture import posture
 from estimators.constrained.state import ConstrainedState, take
 from estimators.fusion.front_end import VqfBank
@@ -101,8 +102,8 @@ _SPACING = 0.25
 """Time between two measurements of a joint as a share of `force_time_s` (chosen: well below 1)."""
 _POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "tissue_sd_deg", "tissue_time_s", "turn_sd_deg",
              "bias_sd_deg_s", "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m",
-             "range_sd_deg", "untracked_deg_s", "uncertain_deg", "pose_sd_deg", "tau_acc_s",
-             "gyr_range_deg_s", "acc_range_g")
+             "range_sd_deg", "untracked_deg_s", "clipped_rate_deg_s", "uncertain_deg", "pose_sd_deg",
+             "tau_acc_s", "gyr_range_deg_s", "acc_range_g")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -168,6 +169,7 @@ class ConstrainedTracker:
     range_sd_deg: tolerance of a joint's range, beyond the mounting's (S19 clips hard; 3 is chosen).
     untracked_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion). A joint is
         unseen once its sd has reached pi.
+    clipped_rate_deg_s: sd of the rate in excess of a clipped one (chosen: as in KortierTracker).
     uncertain_deg: sd above which a joint's angle is reported.
     tau_acc_s: time constant of the root's inclination, s (VQF's own default).
     gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
@@ -195,6 +197,7 @@ class ConstrainedTracker:
     lever_sd_m: float = 0.1
     range_sd_deg: float = 3.0
     untracked_deg_s: float = 120.0
+    clipped_rate_deg_s: float = 500.0
     uncertain_deg: float = 15.0
     tau_acc_s: float = 3.0
     gyr_range_deg_s: float = 2000.0
@@ -281,7 +284,9 @@ class ConstrainedTracker:
                                  self.evidence)
         return ConstrainedState(
             roots=VqfBank(len(table.roots), period, False, tauAcc=self.tau_acc_s),
-            arrivals=Arrivals(self.sensors, limits, period), settings=self._settings(period),
+            arrivals=Arrivals(self.sensors, limits, period),
+            overrun=Overrun(self.sensors, math.radians(self.clipped_rate_deg_s)),
+            settings=self._settings(period),
             unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
@@ -294,6 +299,9 @@ class ConstrainedTracker:
         """One sample of every sensor."""
         table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
         state.arrivals.note(inputs, tick)
+        if state.taken > state.pose_samples:
+            elapsed_s = (tick.index + 1 - state.ticks) * float(state.settings[PERIOD])
+            state.overrun.note(state.arrivals.codes, elapsed_s, tick)
         # Ticks that were skipped while the block was busy are processed with this sample.
         for _ in range(tick.index + 1 - state.ticks):
             take(state, table, inputs)
@@ -381,4 +389,5 @@ class ConstrainedTracker:
         return np.array([period, math.radians(self.turn_sd_deg), math.radians(self.bias_walk_deg_s),
                          self.force_sd, self.spin_sd_m, self.force_time_s, math.radians(self.tissue_sd_deg),
                          self.tissue_time_s, math.hypot(math.radians(self.range_sd_deg), pair_sd),
-                         math.radians(self.untracked_deg_s), math.radians(self.bias_sd_deg_s), spacing])
+                         math.radians(self.untracked_deg_s), math.radians(self.bias_sd_deg_s), spacing,
+                         math.radians(self.clipped_rate_deg_s)])

@@ -25,10 +25,12 @@ from typing import Any
 
 import numpy as np
 
+from estimators.arrivals import CLIPPED
 from estimators.arrivals import LOST as MISSING
 from estimators.constrained.measurements import (
     BIAS,
     BIAS_WALK,
+    EXCESS,
     PERIOD,
     RANGE,
     SPACING,
@@ -99,8 +101,8 @@ def truncated(mean: float, variance: float, low: float, high: float) -> Any:
     return mean + sd * shift, variance * max(0.0, 1.0 + wide - shift * shift)
 
 
-LOST, DOUBTED, SOUND = range(3)
-"""Quality of a sample."""
+LOST, EXCEEDED, DOUBTED, SOUND = range(4)
+"""Quality of a sample: none, with a clipped rate, with a clipped acceleration, sound."""
 _COHERENT = 0.25
 """Angle over which a joint's rotation does not reverse, rad, shared by two sensors (chosen)."""
 
@@ -137,9 +139,9 @@ def advance(
     doubt: (joints,), above 0 with several hypotheses.
     ends, kinds, axes, zero, ranges: as in JointTable.
     gyr, acc: (2, n, 3), sample before and this one.
-    seen: (2, n), LOST, DOUBTED or SOUND: a lost sample stops its joints, a doubted one (clipped) still
-        moves them, and both increase the sd.
-    settings: (12,), see PERIOD and the following; number: of this sample.
+    seen: (2, n), LOST, EXCEEDED, DOUBTED or SOUND: a lost sample stops its joints, one with a
+        clipped rate or acceleration still moves them, and both increase the sd.
+    settings: (13,), see PERIOD and the following; number: of this sample.
     """
     x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
     period = settings[PERIOD]
@@ -172,7 +174,8 @@ def advance(
             _spread(cov, s, wc, period, settings[TURN] ** 2 * period, walked * period)
             s[12] = 0.0
         else:
-            _lose(at, s, cov, period, settings[UNSEEN])
+            unknown = settings[EXCESS] if worst == EXCEEDED else settings[UNSEEN]
+            _lose(at, s, cov, period, unknown)
 
 
 @compiled
@@ -184,7 +187,8 @@ def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any)
     for i in range(codes.shape[1]):
         lost = (codes[0, i] | codes[1, i]) & MISSING != 0
         seen[0, i] = seen[1, i]
-        seen[1, i] = LOST if lost else SOUND if codes[0, i] | codes[1, i] == 0 else DOUBTED
+        exceeded = codes[0, i] & CLIPPED != 0
+        seen[1, i] = LOST if lost else EXCEEDED if exceeded else SOUND if codes[1, i] == 0 else DOUBTED
         for k in range(3):
             gyr[0, i, k], acc[0, i, k] = gyr[1, i, k], acc[1, i, k]
             gyr[1, i, k] = 0.0 if lost else new_gyr[i, k]

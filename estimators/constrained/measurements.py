@@ -12,10 +12,10 @@ from fesloop.hand.quaternion_kernels import conjugate, multiply
 
 N, LEVERS, TILTS = 16, 6, 12
 PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME = range(6)
-TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS, SPACING = range(6, 12)
+TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS, SPACING, EXCESS = range(6, 13)
 """Index of each setting in `settings`. Units, in this order: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error
 of the shared acceleration per rad^2/s^2 of rotation); s; rad; s; rad; rad/s; rad/s; s (between two
-measurements of a joint)."""
+measurements of a joint); rad/s (beyond a clipped rate)."""
 
 
 _MEAN_TIME = 1.0

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.arrivals import Arrivals
+from estimators.arrivals import Arrivals, Overrun
 from estimators.body.body import ImplausibleAngles
 from estimators.body.joint_constraints import JointTable
 from estimators.calibration.pose_evidence import ReleaseWatch
@@ -29,11 +29,12 @@ class ConstrainedState:
     ----------
     roots: filters of the sensors that are no joint's child.
     arrivals: monitor of new, lost and clipped samples.
+    overrun: what clipped rates have missed since the initial pose.
     settings: settings of the joint filters, for `constrained.filter`.
     unknown: initial uncertainty of a joint.
     found: joint filters.
     gyr, acc: (2, n, 3), sample before and newest sample.
-    seen: (2, n), LOST, DOUBTED or SOUND for each of these.
+    seen: (2, n), LOST, EXCEEDED, DOUBTED or SOUND for each of these.
     status: (joints,), SURE, UNSURE or UNSEEN, as last reported.
     plausible: check of implausible angles.
     pose_samples: number of samples of the initial pose.
@@ -47,6 +48,7 @@ class ConstrainedState:
 
     roots: VqfBank
     arrivals: Arrivals
+    overrun: Overrun
     settings: Array
     unknown: Unknown
     found: Hypotheses

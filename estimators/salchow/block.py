@@ -24,7 +24,7 @@ wrong lengths, soft tissue in motion and a disturbed magnetic field.
 
 A sensor whose rate is lost keeps its orientation, and its sd grows by `untracked_deg_s` times the gap; its
 inclination recovers, and with a magnetometer its heading. A lost acceleration or field gives no correction.
-Clipped samples are used; a clipped rate adds to the sd as a lost one does. All of these are reported.
+Clipped samples are used; what a clipped rate has missed adds to the sd. All of these are reported.
 """
 
 from __future__ import annotations
@@ -72,6 +72,7 @@ class _Tracker:
     axis_sd_deg: float = 5.0
     fusion_sd_deg: float = 2.0
     untracked_deg_s: float = 120.0
+    clipped_rate_deg_s: float = 500.0
     gap_ms: float = 100.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
@@ -121,8 +122,8 @@ class SalchowB(_Tracker):
         all; chosen within).
     heading_sd_deg: sd of a magnetometer's heading relative to its neighbour's, deg (chosen; no sensor
         measures it).
-    untracked_deg_s: rms rate of a segment whose samples are missing, or in excess of clipped ones (chosen:
-        a finger in motion).
+    untracked_deg_s: rms rate of a segment whose samples are missing (chosen: a finger in motion).
+    clipped_rate_deg_s: sd of the rate in excess of a clipped one (chosen: as in KortierTracker).
     gap_ms: silence of a gyroscope after which its joints are unseen (chosen: ten samples at 100 Hz).
     gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
@@ -156,8 +157,8 @@ class SalchowM1(_Tracker):
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, tau_mag_s, acc_every, mag_every: as in SalchowB.
-    mounting_sd_deg, axis_sd_deg, fusion_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in
-        SalchowB.
+    mounting_sd_deg, axis_sd_deg, fusion_sd_deg, untracked_deg_s, clipped_rate_deg_s, gap_ms, gyr_range_deg_s,
+        acc_range_g: as in SalchowB.
     initial_pose_s: duration of the initial pose, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
     initial_angles_deg: the pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
     pose_sd_deg: sd of each joint's rotation in the pose about any axis, deg (chosen: what a goniometer does).
@@ -200,8 +201,8 @@ class SalchowM2(_Tracker):
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every: as in SalchowB.
-    mounting_sd_deg, axis_sd_deg, fusion_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as in
-        SalchowB.
+    mounting_sd_deg, axis_sd_deg, fusion_sd_deg, untracked_deg_s, clipped_rate_deg_s, gap_ms, gyr_range_deg_s,
+        acc_range_g: as in SalchowB.
     initial_pose_s, initial_angles_deg, pose_sd_deg, pose_limits, evidence: as in SalchowM1.
     drift_deg_s: sd of the rate at which neighbours' headings diverge, deg/s (chosen: two biases known to
         within an instability of 10 deg/h, usual for MEMS).

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.arrivals import LOST, Arrivals
+from estimators.arrivals import LOST, Arrivals, Overrun
 from estimators.body.body import (
     UNSEEN_SD,
     Body,
@@ -67,8 +67,8 @@ from fesloop.loop.clock import NS_PER_S, RateClock, StampClock
 from fesloop.loop.signals import Port, Sample, Value
 
 _POSITIVE = ("tau_acc_s", "tau_mag_s", "mounting_sd_deg", "axis_sd_deg", "fusion_sd_deg",
-             "heading_sd_deg", "drift_deg_s", "untracked_deg_s", "gap_ms", "gyr_range_deg_s", "acc_range_g",
-             "initial_pose_s", "pose_sd_deg")
+             "heading_sd_deg", "drift_deg_s", "untracked_deg_s", "clipped_rate_deg_s", "gap_ms",
+             "gyr_range_deg_s", "acc_range_g", "initial_pose_s", "pose_sd_deg")
 
 
 class InitialPose(NamedTuple):
@@ -91,7 +91,7 @@ class Method(NamedTuple):
     magnetometer: whether magnetometers are used. pose: the initial pose, or None.
     constrained: whether joint constraints are applied.
     mounting_sd_deg, axis_sd_deg, fusion_sd_deg: deg.
-    heading_sd: rad. drift: rad/s. unseen_rate: rad/s. gap_s: s.
+    heading_sd: rad. drift: rad/s. unseen_rate, clipped_rate: rad/s. gap_s: s.
     limits: magnitudes above which samples count as clipped, rad/s, m/s^2, T.
     """
 
@@ -108,6 +108,7 @@ class Method(NamedTuple):
     heading_sd: float
     drift: float
     unseen_rate: float
+    clipped_rate: float
     gap_s: float
     limits: tuple[float, float, float]
 
@@ -167,7 +168,8 @@ def method_of(tracker: Any, *, magnetometer: bool) -> Method:
         axis_sd_deg=tracker.axis_sd_deg, fusion_sd_deg=tracker.fusion_sd_deg,
         heading_sd=radians(tracker.heading_sd_deg) if magnetometer else 0.0,
         drift=0.0 if magnetometer else radians(tracker.drift_deg_s),
-        unseen_rate=radians(tracker.untracked_deg_s), gap_s=1e-3 * tracker.gap_ms,
+        unseen_rate=radians(tracker.untracked_deg_s), clipped_rate=radians(tracker.clipped_rate_deg_s),
+        gap_s=1e-3 * tracker.gap_ms,
         limits=(radians(tracker.gyr_range_deg_s), STANDARD_GRAVITY * tracker.acc_range_g, math.inf))
 
 
@@ -196,6 +198,7 @@ class SalchowState:
     posed: (n,), whether each sensor has been aligned.
     aligned_ns: instant of the alignment; None before.
     watch: comparison of the posture after the pose with the pose; None without a pose.
+    overrun: what clipped rates have missed since the alignment.
     contradicted: whether evidence contradicts the pose that has been taken.
     failing: whether the pose has been refused; quiet_ns: instant until which that is not reported again.
     seen: (m,), whether each joint is seen.
@@ -222,6 +225,7 @@ class SalchowState:
     counted: NDArray[np.bool_]
     wrong: Misalignment
     plausible: ImplausibleAngles
+    overrun: Overrun
     unseen: tuple[str, ...] | None = None
     aligned_ns: int | None = None
     watch: ReleaseWatch | None = None
@@ -250,7 +254,7 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
         seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body), plausible=of_tree(body.tree),
         wrong=misalignment(body.tree, method.mounting_sd_deg, method.axis_sd_deg, method.fusion_sd_deg),
-        watch=_watch_of(body, angles, method))
+        watch=_watch_of(body, angles, method), overrun=Overrun(n, method.clipped_rate))
 
 
 def _watch_of(body: Body, angles: Array, method: Method) -> ReleaseWatch | None:
@@ -289,7 +293,8 @@ it has estimated one, doi 10.1016/j.inffus.2022.10.014)."""
 
 @compiled
 def follow_gaps(
-    codes: NDArray[np.uint8], elapsed_s: float, rate_sd: float, forget: Array, silent_s: Array, gaps: Array
+    codes: NDArray[np.uint8], elapsed_s: float, rate_sd: float, excess_sd: float, forget: Array,
+    silent_s: Array, gaps: Array
 ) -> bool:
     """Advance `silent_s` (n,) and `gaps` (n, 2) by a tick; return whether a sample is lost.
 
@@ -297,7 +302,8 @@ def follow_gaps(
     ----------
     codes: (3, n), LOST and CLIPPED of gyr, acc and mag.
     elapsed_s: time since the previous tick.
-    rate_sd: sd of the rate of a segment whose samples are missing, or in excess of clipped ones, rad/s.
+    rate_sd, excess_sd: sds of the rate of a segment whose samples are missing, and of the rate in excess of a
+        clipped one, rad/s.
     forget: (2,), fraction of the variances that remains after a tick with sound samples.
     silent_s: time since the last rate, infinite before the first.
     """
@@ -306,9 +312,10 @@ def follow_gaps(
         lost |= ((codes[0, s] | codes[1, s] | codes[2, s]) & LOST) != 0
         silent_s[s] = silent_s[s] + elapsed_s if codes[0, s] & LOST else 0.0
         if codes[0, s]:
+            unknown = rate_sd if codes[0, s] & LOST else excess_sd
             for i in range(2):
                 # The unknown rate is constant: the sd grows with time, not with its square root.
-                gaps[s, i] = min((math.sqrt(gaps[s, i]) + rate_sd * elapsed_s) ** 2, UNSEEN_SD ** 2)
+                gaps[s, i] = min((math.sqrt(gaps[s, i]) + unknown * elapsed_s) ** 2, UNSEEN_SD ** 2)
         else:
             for i in range(2):
                 if codes[1 + i, s] & LOST:
@@ -513,7 +520,7 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
     state.ticks = tick.index + 1
     gyr_s, acc_s, mag_s = state.arrivals.note(inputs, tick)
     fresh = (gyr_s > 0.0, acc_s > 0.0, mag_s > 0.0)
-    _fuse(state, method, inputs, fresh, ticks)
+    _fuse(state, method, inputs, fresh, ticks, tick)
     fused = state.bank.orientation()
     if method.pose is not None and state.aligned_ns is None:
         if not _take_pose(state, body, method, method.pose, inputs, fresh, tick):
@@ -527,7 +534,8 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
 
 
 def _fuse(
-    state: SalchowState, method: Method, inputs: Sequence[Sample], fresh: tuple[bool, bool, bool], ticks: int
+    state: SalchowState, method: Method, inputs: Sequence[Sample], fresh: tuple[bool, bool, bool], ticks: int,
+    tick: Tick
 ) -> None:
     """Update the filters, which count time in samples: ticks skipped while busy repeat the samples."""
     _, new_acc, new_mag = fresh
@@ -535,8 +543,10 @@ def _fuse(
     acc: Any = inputs[1].value if new_acc else None
     mag: Any = inputs[2].value if new_mag else None
     codes = state.arrivals.codes
-    lost = follow_gaps(codes, ticks * state.period_s, method.unseen_rate, state.forget, state.silent_s,
-                       state.gaps)
+    lost = follow_gaps(codes, ticks * state.period_s, method.unseen_rate, method.clipped_rate, state.forget,
+                       state.silent_s, state.gaps)
+    if state.aligned_ns is not None:
+        state.overrun.note(codes, ticks * state.period_s, tick)
     for _ in range(ticks):
         if not lost:
             state.bank.update(gyr, acc, mag)

@@ -42,6 +42,8 @@ _IMPLAUSIBLE = "implausible_angle"
 _ALIGNING, _ALIGNED = "aligning", "aligned"
 _CONTRADICTED = "pose_contradicted"
 """Status of a tracker whose evidence contradicts the initial pose that it was given."""
+_OVERRUN = "rates_beyond_range"
+"""Status of a tracker whose gyroscopes have missed a part of a movement."""
 _MOVES_DEG = 1.0
 """Distance (chosen) from the joints below which a reference requires no motion."""
 _LEAST_ABOUT = 0.5
@@ -88,9 +90,9 @@ KINDS = ("broken_off", "recording", "pose", "safety", "failed", "noted", "not_he
 broken_off: the run did not get to its end. recording: gyroscope and accelerometer of the recording that was
 played disagree on rotation, or its sensors have other axes than their segments, or a tracker's angles are
 long outside what any joint can reach, so that no angle of the run is right. pose: what the sensors show
-contradicts the initial pose that a tracker was given. safety: no channel gave a pulse, or the safety block
-took stimulation away, or most of it. failed: a part failed, such as a tracker that never took its initial
-pose. noted: what the experiment says of itself
+contradicts the initial pose that a tracker was given, or its gyroscopes missed a movement after it. safety:
+no channel gave a pulse, or the safety block took stimulation away, or most of it. failed: a part failed,
+such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
 turning. not_held: the object, in the last trial. no_better: joints followed worse than had they not moved.
 rose: the error grew over the trials by more than a tenth, where the trials are `comparable`.
@@ -118,7 +120,7 @@ def comparable(found: Iterable[Trouble]) -> bool:
 
 def graveness(status: str) -> int:
     """Rank of an event's status, the gravest 0: failures, then what takes stimulation away, then the rest."""
-    if status.endswith((*_FAILED, *_LACKING, _DISAGREE, _MOUNTING, _IMPLAUSIBLE, _CONTRADICTED)):
+    if status.endswith((*_FAILED, *_LACKING, _DISAGREE, _MOUNTING, _IMPLAUSIBLE, _CONTRADICTED, _OVERRUN)):
         return 0
     withheld = status.startswith(_WATCHDOG) or status in (*_WITHHELD, *_STOPPED)
     return 1 if withheld else 2
@@ -145,10 +147,10 @@ def _recording(recording: Recorded) -> Iterator[str]:
 
 
 def _pose(recording: Recorded) -> Iterator[str]:
-    """Trackers that were given a wrong initial pose, each once."""
+    """Trackers that were given a wrong initial pose, or have lost it, each once."""
     wrong: dict[str, list[Event]] = {}
     for event in recording.events:
-        if event.status == _CONTRADICTED:
+        if event.status in (_CONTRADICTED, _OVERRUN):
             wrong.setdefault(event.where, []).append(event)
     for where, events in wrong.items():
         first, trials = events[0], len({event.trial for event in events})

@@ -40,7 +40,8 @@ def runs(draw):
         events.append(event(*draw(st.sampled_from([(0.0, "recording", "rates_disagree"),
                                                    (5.0, "tracker", "implausible_angle")]))))
     if "pose" in kinds:
-        events.append(event(draw(st.floats(0.0, 9.0)), "tracker", "pose_contradicted"))
+        status = draw(st.sampled_from(["pose_contradicted", "rates_beyond_range"]))
+        events.append(event(draw(st.floats(0.0, 9.0)), "tracker", status))
     if "safety" in kinds:
         status = draw(st.sampled_from(["posture_silent", "posture_jumped", "posture_frozen", "emergency_stop",
                                        "charge_exhausted"]))

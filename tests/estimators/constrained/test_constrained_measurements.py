@@ -24,7 +24,7 @@ from fesloop.hand import quaternion
 
 SEEDS = st.integers(0, 2**32 - 1)
 STEP = 1e-6
-SETTINGS = np.array([0.01, 0.01, 1e-4, 0.3, 0.03, 0.1, 0.07, 0.2, 0.1, 2.0, 0.01, 0.02])
+SETTINGS = np.array([0.01, 0.01, 1e-4, 0.3, 0.03, 0.1, 0.07, 0.2, 0.1, 2.0, 0.01, 0.02, 9.0])
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 KINDS = {"hinge": Joint(parent=0, child=1, kind="hinge", parent_axis=(1.0, 2.0, 3.0), child_axis=Z),
          "saddle": Joint(parent=0, child=1, kind="saddle", parent_axis=Z, child_axis=X)}

@@ -208,23 +208,23 @@ def test_turns_are_how_a_small_change_of_each_angle_moves_the_child(seed):
 def test_gaps_grow_with_the_time_and_fade_with_samples():
     codes = np.zeros((3, 2), dtype=np.uint8)
     silent, gaps, forget = np.full(2, np.inf), np.zeros((2, 2)), np.array([0.5, 1.0])
-    assert not follow_gaps(codes, 0.01, 2.0, forget, silent, gaps)
+    assert not follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
     assert silent.tolist() == [0.0, 0.0]
     codes[0, 1] = LOST
     for _ in range(10):
-        assert follow_gaps(codes, 0.01, 2.0, forget, silent, gaps)
+        assert follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
     np.testing.assert_allclose(np.sqrt(gaps), [[0.0, 0.0], [0.2, 0.2]])
     np.testing.assert_allclose(silent, [0.0, 0.1])
     codes[:] = 0
-    follow_gaps(codes, 0.01, 2.0, forget, silent, gaps)
+    follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
     np.testing.assert_allclose(gaps[1], [0.02, 0.04])
     codes[0, 1], gaps[:] = CLIPPED, 0.0
-    follow_gaps(codes, 0.01, 2.0, forget, silent, gaps)
-    np.testing.assert_allclose(np.sqrt(gaps), [[0.0, 0.0], [0.02, 0.02]])
+    follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
+    np.testing.assert_allclose(np.sqrt(gaps), [[0.0, 0.0], [0.03, 0.03]])
     assert silent[1] == 0.0
     codes[0, 0] = LOST
     for _ in range(1000):
-        follow_gaps(codes, 0.01, 2.0, forget, silent, gaps)
+        follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
     np.testing.assert_allclose(np.sqrt(gaps[0]), UNSEEN_SD)
 
 
@@ -252,6 +252,7 @@ def test_compiled_kernels_equal_plain_python():
     results = []
     for kernel in (salchow_kernels.follow_gaps, salchow_kernels.follow_gaps.py_func):
         silent, gaps = np.zeros(2), np.full((2, 2), 0.1)
-        kernel(np.array([[0, LOST]] * 3, dtype=np.uint8), 0.01, 1.0, np.array([0.9, 0.8]), silent, gaps)
+        kernel(np.array([[0, LOST]] * 3, dtype=np.uint8), 0.01, 1.0, 2.0, np.array([0.9, 0.8]), silent,
+               gaps)
         results.append(np.append(gaps, silent))
     np.testing.assert_allclose(*results)
