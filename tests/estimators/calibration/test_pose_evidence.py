@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import norm
 from tracker_parts import run_tracker
 
 from estimators.body.body import body_of
@@ -227,6 +228,19 @@ def test_a_hand_that_does_not_close_when_let_go_was_not_held(closure, apart):
     text, sizes = relaxing(closure + np.array(apart))
     assert "let go, F2, F3, F4, F5 closed by" in text
     assert (np.degrees(sizes[[TREE.index(f"F{i}p") for i in range(2, 6)]]) > 15.0).all()
+
+
+def test_a_hand_that_is_held_halfway_is_found_as_rarely_as_its_stated_spread_implies():
+    """Closing by half as much, in persons of the stated spread; the rate by the normal distribution."""
+    rng, found = np.random.default_rng(3), 0
+    for _ in range(300):
+        rests = 84.0 + 20.0 * rng.normal() + 15.0 * rng.normal(size=4)
+        found += "let go, F2, F3, F4, F5" in relaxing(0.5 * rests)[0]
+    sd = np.hypot(20.0, 15.0 / 2.0)
+    least = norm.isf(0.005) * sd
+    expected = norm.cdf((84.0 - least - 42.0) / (0.5 * sd))
+    assert found / 300 == pytest.approx(expected, abs=0.06)
+    assert expected < 0.2
 
 
 def test_a_finger_that_does_not_close_with_the_others_is_named():
