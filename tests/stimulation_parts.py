@@ -60,7 +60,8 @@ def recording(rng, **changed):
         settings={"kp": float(rng.normal())})
     force = ForceCourse(
         name="hop", kind="SSC", muscle=0, start_s=float(rng.random()), period_s=5e-4,
-        force_n=any_numbers(rng, m, scale=20.0, lacking=0.1), length_m=any_numbers(rng, m, lacking=0.5),
+        force_n=np.append(1.0, any_numbers(rng, m - 1, scale=20.0, lacking=0.1)),
+        length_m=any_numbers(rng, m, lacking=0.5),
         pulses_s=rng.random(rng.integers(0, 4)))
     given = {
         "person": "P1", "muscles": muscles, "joints": joints, "zero_rad": any_numbers(rng, 2, lacking=0.5),

@@ -114,9 +114,11 @@ def _add_study(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_report(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("report", help="write a run, several runs, or a study as one HTML file")
+    command = commands.add_parser("report", help="write a run, several runs, a study, or a recording of "
+                                  "stimulated muscle as one HTML file")
     command.add_argument("sources", metavar="RUN-OR-STUDY", nargs="+",
-                         help="recordings of runs; or a study: its folder or study.sqlite")
+                         help="recordings of runs; or a study: its folder or study.sqlite; or a file of "
+                         "fesloop import --stimulation")
     command.add_argument("--out", metavar="FILE", help="the page (default: beside its source, such as "
                          "runs/grasp_ilc-1.html)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
@@ -124,7 +126,8 @@ def _add_report(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("picture", help="draw the hand, the arrays and time courses of a recording")
-    command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
+    command.add_argument("recording", metavar="RUN.h5",
+                         help="a file that fesloop run or fesloop import --stimulation wrote")
     command.add_argument("--at", metavar="SECONDS", type=float, nargs="+", default=[],
                          help="times to draw (default: up to four whose postures differ most)")
     command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: the last)")

@@ -7,11 +7,15 @@ from argparse import Namespace
 from pathlib import Path
 
 from fesloop.apps.cli.output import print_json, progress_bar
+from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
+from fesloop.streams.stimulation.files import is_stimulation, open_stimulation
 
 
 def execute(args: Namespace) -> int:
     """Draw a recording; print what could not be drawn, and the files."""
+    if is_stimulation(Path(args.recording)):
+        return _draw_stimulation(args)
     from fesloop.show.picture.draw import draw
 
     with progress_bar(f"picture {args.recording}") as bar, Recording(args.recording) as recording:
@@ -27,4 +31,19 @@ def execute(args: Namespace) -> int:
         print(f"trial {drawn.trial}, counted from 0", file=sys.stderr)
         print(f"instants, s: {instants} ({drawn.chosen})", file=sys.stderr)
         print(*drawn.pictures, sep="\n")
+    return 0
+
+
+def _draw_stimulation(args: Namespace) -> int:
+    """Draw a recording of stimulated muscle; print the files."""
+    from fesloop.show.picture.stimulation import draw_stimulation
+
+    if args.at or args.trial is not None:
+        raise InputError("--at" if args.at else "--trial", "is of recordings of runs",
+                         "no such option for a recording of stimulated muscle")
+    pictures = draw_stimulation(open_stimulation(args.recording), Path(args.out))
+    if args.json:
+        print_json({"recording": args.recording, "pictures": [str(path) for path in pictures]})
+    else:
+        print(*pictures, sep="\n")
     return 0

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def execute(args: Namespace) -> int:
-    """Write the report of a run, of several, or of a study; print its path."""
+    """Write the report of a run, of several, of a study or of stimulated muscle; print its path."""
     from fesloop.show.report.page import write_page
 
     sources = [Path(each) for each in args.sources]
@@ -41,7 +41,7 @@ def execute(args: Namespace) -> int:
 
 
 def _page(sources: Sequence[Path], progress: Callable[[float], None]) -> tuple[str, Page]:
-    """Kind of the report (run, comparison or study), and its page."""
+    """Kind of the report (run, comparison, study or stimulation), and its page."""
     if any(_is_study(source) for source in sources):
         if len(sources) > 1:
             raise InputError(str(sources[1]), "is given together with a study",
@@ -51,7 +51,7 @@ def _page(sources: Sequence[Path], progress: Callable[[float], None]) -> tuple[s
 
         return "study", study_page(sources[0])
     if len(sources) == 1:
-        return "run", _run(sources[0], progress)
+        return _run(sources[0], progress)
     return "comparison", _comparison(sources)
 
 
@@ -66,8 +66,8 @@ def _is_study(source: Path) -> bool:
     return is_folder(source) or source.suffix == ".sqlite"
 
 
-def _run(source: Path, progress: Callable[[float], None]) -> Page:
-    """Page of a run; of another HDF5 file the list of its contents."""
+def _run(source: Path, progress: Callable[[float], None]) -> tuple[str, Page]:
+    """Page of a run, or of stimulated muscle; of another HDF5 file the list of its contents."""
     from fesloop.show.report.run.opening import contents_page, readable
     from fesloop.show.report.run.page import run_page
 
@@ -77,8 +77,14 @@ def _run(source: Path, progress: Callable[[float], None]) -> Page:
         except InputError as fault:
             if not is_file(source):
                 raise
-            return contents_page(source, fault)
-        return run_page(recording, notices, progress)
+            from fesloop.streams.stimulation.files import is_stimulation, open_stimulation
+
+            if is_stimulation(source):
+                from fesloop.show.report.stimulated import stimulation_page
+
+                return "stimulation", stimulation_page(open_stimulation(source), source)
+            return "run", contents_page(source, fault)
+        return "run", run_page(recording, notices, progress)
 
 
 def _comparison(sources: Sequence[Path]) -> Page:

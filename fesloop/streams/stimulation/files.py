@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fesloop.errors import InputError
 from fesloop.given_files import is_file
-from fesloop.streams.reading import ZIP, head_of, is_hdf5, read_file
+from fesloop.streams.reading import ZIP, form_of, head_of, is_hdf5, read_file
 from fesloop.streams.stimulation import stored
 from fesloop.streams.stimulation.published import PUBLISHED, read_published
 from fesloop.streams.stimulation.recording import StimulationRecording
@@ -51,6 +51,14 @@ def open_stimulation(path: str | Path) -> StimulationRecording:
             raise InputError(str(file), f"is no archive of a known set, it holds {keys}", ALLOWED)
         return found
     raise InputError(str(file), "is empty" if not head else "is no recording of a known format", ALLOWED)
+
+
+def is_stimulation(path: Path) -> bool:
+    """Return whether a file is one that `fesloop import --stimulation` wrote."""
+    try:
+        return form_of(path) == stored.FORMAT
+    except InputError:
+        return False
 
 
 def import_stimulation(source: str | Path, target: str | Path) -> StimulationRecording:

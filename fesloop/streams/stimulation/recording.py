@@ -334,6 +334,8 @@ class StimulationRecording:
         for place, part in self.parts():
             if isinstance(part, (TorqueCourse, ForceCourse)) and not 0 <= part.muscle < len(self.muscles):
                 raise InputError(f"{place}: muscle", f"{part.muscle}", f"0 to {len(self.muscles) - 1}")
+            if isinstance(part, ForceCourse) and not np.isfinite(part.force_n).any():
+                raise InputError(f"{place}: force_n", "holds no number", "one or more samples of force")
             if hasattr(part, "period_s") and not 0.0 < part.period_s < np.inf:
                 raise InputError(f"{place}: period_s", f"{part.period_s}", "more than 0")
             if hasattr(part, "device_torque_nm"):
