@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
-from fesloop.analysis.people.evoked_torque import REFERENCE_RAD
-from fesloop.analysis.people.population import ArmPerson, ArmPopulation, trials_of
+from fesloop.analysis.people.population import ArmPopulation, trials_of
 from fesloop.errors import InputError
 from fesloop.hand.muscle_paths import JOINTS
+from fesloop.models.arm_people import ArmPerson
+from fesloop.models.evoked_torque import REFERENCE_RAD
 from fesloop.streams.stimulation import open_stimulation
 
 FORMAT = "fesloop person 1"

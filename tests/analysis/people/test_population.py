@@ -10,7 +10,12 @@ import pytest
 from hypothesis import given, settings
 from scipy.stats import multivariate_normal
 
-from fesloop.analysis.people.evoked_torque import (
+from fesloop.analysis.people.identify import identify_person, load_person
+from fesloop.analysis.people.population import ArmPopulation, trials_of
+from fesloop.apps.cli import main
+from fesloop.errors import InputError
+from fesloop.hand.muscle_paths import JOINTS
+from fesloop.models.evoked_torque import (
     UNDER_ELECTRODES,
     Postures,
     Spreads,
@@ -19,11 +24,6 @@ from fesloop.analysis.people.evoked_torque import (
     features,
     log_density,
 )
-from fesloop.analysis.people.identify import identify_person, load_person
-from fesloop.analysis.people.population import ArmPopulation, trials_of
-from fesloop.apps.cli import main
-from fesloop.errors import InputError
-from fesloop.hand.muscle_paths import JOINTS
 from fesloop.streams.stimulation import SteadyTrials, StimulationRecording, open_stimulation
 from fesloop.streams.stimulation.stored import write_stimulation
 

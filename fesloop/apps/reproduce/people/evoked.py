@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 from scipy.stats import norm, t
 
-from fesloop.analysis.people.evoked_torque import Postures, features
 from fesloop.analysis.people.population import ArmPopulation, Cells, Trials, trials_of
 from fesloop.apps.reproduce.comparison import Row
 from fesloop.apps.reproduce.result import Sweep
 from fesloop.hand.muscle_paths import JOINTS
+from fesloop.models.evoked_torque import Postures, features
 from fesloop.streams.stimulation import StimulationRecording, open_stimulation
 
 Array = NDArray[np.float64]
