@@ -165,6 +165,22 @@ def read_described(folder, name):
     read_recording(folder, name, "layout.toml")
 
 
+def read_stimulation(folder, name):
+    """Import a recording of stimulated muscle, and make of it what import prints and reports show."""
+    from fesloop.streams.stimulation import features, import_stimulation, open_stimulation
+    from fesloop.streams.stimulation.summary import doubts_about, summary_of
+
+    import_stimulation(folder / "source" / name, folder / "target" / "person.h5")
+    recording = open_stimulation(folder / "target" / "person.h5")
+    json.dumps([summary_of(recording), doubts_about(recording)], allow_nan=False)
+    for course in recording.courses:
+        features.recruitment_curve(course)
+    if recording.steady is not None:
+        features.baselines(recording.steady)
+        for muscle in np.unique(recording.steady.muscle[recording.steady.stimulated]):
+            features.by_repeat(recording.steady, muscle)
+
+
 def read_run(folder, name):
     """Read everything that a run's recording holds."""
     from fesloop.experiment.recording.reading import Recording
@@ -186,7 +202,8 @@ def read_fmu(folder, name):
     gc.collect()
 
 
-READERS = {"recording": read_recording, "layout": read_described, "run": read_run, "fmu": read_fmu}
+READERS = {"recording": read_recording, "layout": read_described, "stimulation": read_stimulation,
+           "run": read_run, "fmu": read_fmu}
 
 
 def spoilt(kind, sound, number, seed=0):

@@ -21,6 +21,7 @@ from fesloop.experiment.files.parse import load
 from fesloop.experiment.running import run
 from fesloop.streams.files import open_recording
 from fesloop.streams.motion_file import write_motion_file
+from fesloop.streams.stimulation import import_stimulation
 
 Array = NDArray[np.float64]
 Spoiler = Callable[[bytes, random.Random], bytes]
@@ -55,7 +56,8 @@ class Seed:
     Attributes
     ----------
     files: by name within a folder; the first is the one that is opened.
-    reader: how it is opened: "recording", "layout" (with the file layout.toml), "run" or "fmu".
+    reader: how it is opened: "recording", "layout" (with the file layout.toml), "stimulation", "run" or
+        "fmu".
     spoilers: what may be done to each file, by the ending of its name.
     """
 
@@ -86,6 +88,9 @@ def make_seeds(folder: Path) -> dict[str, Seed]:
         "npz": Seed({"lab.npz": _npz()}, "recording", {"": archive}),
         "csv": Seed({"lab.csv": _csv(), "layout.toml": _LAYOUT.encode()}, "layout", {"": text}),
         "motion": Seed({"motion.h5": _motion(folder, broad)}, "recording", {"": binary}),
+        "stimulation_tables": Seed(_trials(), "stimulation", {"": text}),
+        "stimulation_npz": Seed({"rat.npz": _rat()}, "stimulation", {"": archive}),
+        "stimulation": Seed({"person.h5": _person(folder)}, "stimulation", {"": binary}),
         "run": Seed({"run.h5": _run(folder)}, "run", {"": binary}),
     }
     fmu = _fmu(folder)
@@ -192,6 +197,37 @@ def _motion(folder: Path, broad: dict[str, object]) -> bytes:
     source.write_bytes(_mat5(broad, True))
     write_motion_file(open_recording(source), target)
     return target.read_bytes()
+
+
+def _trials() -> dict[str, bytes]:
+    """Isometric trials and a ramp as tables, and the file that describes them."""
+    described = ('person = "P1"\nside = "left"\nfrequency_hz = 40\nmuscles = ["biceps"]\ntorque = "device"\n'
+                 'baseline = "passive"\nsteady = "trials.csv"\ncourses = "ramps.csv"\n'
+                 '[device]\nfriction_nm = {elbow_flexion = 0.3}\n')
+    trials = ["muscle,visit,time_s,current_ma,pulse_width_us,elbow_flexion_reference_deg,elbow_flexion_deg,"
+              "elbow_flexion_nm"]
+    trials += [f"{'biceps' if row % 2 else 'passive'},{row // 2},{3 * row},{60 * (row % 2)},{30 * (row % 2)},"
+               f"{10 * (row // 2 % 2)},{10 * (row // 2 % 2) + 0.3},{-0.7 - row % 2}" for row in range(8)]
+    ramp = ["recording,muscle,time_s,current_ma,pulse_width_us,elbow_flexion_deg,elbow_flexion_nm"]
+    ramp += [f"ramp,biceps,{k / 100},60,{k},0.1,{-0.02 * k}" for k in range(30)]
+    return {"p1.toml": described.encode(), "trials.csv": "\n".join(trials).encode(),
+            "ramps.csv": "\n".join(ramp).encode()}
+
+
+def _rat() -> bytes:
+    made = io.BytesIO()
+    pulse = np.arange(_SAMPLES) % 20 < 10
+    np.savez_compressed(
+        made, rat="GMx", kind=["QR", "SR"], name=["QR1", "SR1"], first=[0, 30], count=[30, 30], step_s=5e-4,
+        length_um=40_000 + np.arange(_SAMPLES), force_mn=np.arange(_SAMPLES), pulse=pulse.astype("u1"))
+    return made.getvalue()
+
+
+def _person(folder: Path) -> bytes:
+    for name, content in _trials().items():
+        (folder / name).write_bytes(content)
+    import_stimulation(folder / "p1.toml", folder / "seed_person.h5")
+    return (folder / "seed_person.h5").read_bytes()
 
 
 def _run(folder: Path) -> bytes:

@@ -67,7 +67,8 @@ def test_spoilt_files_do_no_harm():
     for row in rows:
         assert row["read"] + row["refused"] == row["files"]
         assert row["refused"] > 0 or row["format"] == "fmu", row
-    assert {"xdf", "bids", "mat5", "mat73", "npz", "csv", "motion", "run"} <= {row["format"] for row in rows}
+    assert {"xdf", "bids", "mat5", "mat73", "npz", "csv", "motion", "run", "stimulation", "stimulation_npz",
+            "stimulation_tables"} <= {row["format"] for row in rows}
 
 
 def test_a_file_is_spoilt_alike_each_time(tmp_path):

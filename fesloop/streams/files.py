@@ -20,7 +20,7 @@ __all__ = ["MotionRecording", "Reference", "import_recording", "open_recording"]
 
 ALLOWED = ("a motion file of fesloop, an XDF file, a *_motion.tsv of Motion-BIDS or its folder, a MATLAB "
            ".mat or NumPy .npz of a known set, or any table with its layout")
-_RUN = "fesloop recording"
+_RUN, _STIMULATION = "fesloop recording", "fesloop stimulation"
 _GZIP = b"\x1f\x8b"
 
 
@@ -79,6 +79,9 @@ def _opened(file: Path, sensor_set: str | None, layout: str | Path | None,
     if content["format"].startswith(_RUN):
         raise InputError(str(file), "is the recording of a run", ALLOWED,
                          "a block of kind playback plays its signals")
+    if content["format"].startswith(_STIMULATION):
+        raise InputError(str(file), "is a recording of stimulated muscle", ALLOWED,
+                         "fesloop report and fesloop picture show it")
     found = content.get("content", {})
     for published in PUBLISHED:
         if published.fits(found):

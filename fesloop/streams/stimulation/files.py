@@ -9,7 +9,7 @@ from fesloop.given_files import is_file
 from fesloop.streams.reading import ZIP, form_of, head_of, is_hdf5, read_file
 from fesloop.streams.stimulation import stored
 from fesloop.streams.stimulation.published import PUBLISHED, read_published
-from fesloop.streams.stimulation.recording import StimulationRecording
+from fesloop.streams.stimulation.recording import StimulationRecording, utf8_name
 from fesloop.streams.stimulation.stored import write_stimulation
 from fesloop.streams.stimulation.table import read_tables
 
@@ -45,7 +45,7 @@ def open_stimulation(path: str | Path) -> StimulationRecording:
         return stored.recording_in(read_file("hdf5", file), file)
     if head.startswith(ZIP):
         content = read_file("npz", file)
-        found = read_published(content, str(file), file.name)
+        found = read_published(content, str(file), utf8_name(file))
         if found is None:
             keys = ", ".join(list(content)[:8]) or "nothing"
             raise InputError(str(file), f"is no archive of a known set, it holds {keys}", ALLOWED)

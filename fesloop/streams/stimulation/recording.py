@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
 
@@ -330,7 +331,7 @@ class StimulationRecording:
         for place, part in self.parts():
             _require_sound(part, place, {"muscles": len(self.muscles), "joints": len(self.joints)})
         if self.steady is not None:
-            _require_sound_trials(self.steady, self.muscles)
+            _require_sound_trials(self.steady, self.muscles, self.joints)
         for place, part in self.parts():
             if isinstance(part, (TorqueCourse, ForceCourse)) and not 0 <= part.muscle < len(self.muscles):
                 raise InputError(f"{place}: muscle", f"{part.muscle}", f"0 to {len(self.muscles) - 1}")
@@ -400,9 +401,24 @@ def _require_sound(part: Any, place: str, sizes: dict[str, int]) -> None:
                              "finite ones" + (", NaN where unknown" if sized.lacks else ""))
         values.flags.writeable = False
     for each in fields(part):
-        values = getattr(part, each.name)
-        if isinstance(values, float) and np.isnan(values):
+        value = getattr(part, each.name)
+        if isinstance(value, float) and np.isnan(value):
             raise InputError(f"{place}: {each.name}", "is not a number", "a finite number")
+        for text in _texts_in(value):
+            try:
+                text.encode()
+            except UnicodeEncodeError:
+                raise InputError(f"{place}: {each.name}", f"{text!r} is no UTF-8 text",
+                                 "text without surrogates") from None
+
+
+def _texts_in(value: Any) -> list[str]:
+    """Texts of a field: its own, or those that it holds."""
+    if isinstance(value, np.ndarray):
+        return list(np.unique(value)) if value.dtype.kind == "U" else []
+    held = [*value, *value.values()] if isinstance(value, Mapping) else value if isinstance(value, tuple) \
+        else [value]
+    return [each for each in held if isinstance(each, str)]
 
 
 def _require_names(recording: StimulationRecording) -> None:
@@ -419,6 +435,11 @@ def _require_names(recording: StimulationRecording) -> None:
         direction_of(name, "joints")
     if not recording.joints and (recording.steady is not None or recording.courses or recording.movements):
         raise InputError("joints", "no joint", "one or more, or forces alone")
+
+
+def utf8_name(path: Path) -> str:
+    """Name of a file as UTF-8 text; names of files can be any bytes."""
+    return path.name.encode("utf-8", "replace").decode()
 
 
 def direction_of(joint: str, where: str) -> str:
@@ -471,7 +492,7 @@ def _require_possible_angles(angle_rad: Array, joints: tuple[str, ...], place: s
                          "-180 to 180 deg", "check the unit of angles")
 
 
-def _require_sound_trials(trials: SteadyTrials, muscles: tuple[str, ...]) -> None:
+def _require_sound_trials(trials: SteadyTrials, muscles: tuple[str, ...], joints: tuple[str, ...]) -> None:
     """Check what rows of isometric trials say about each other."""
     if not len(trials):
         raise InputError("steady", "holds no trial", "one or more")
@@ -484,7 +505,7 @@ def _require_sound_trials(trials: SteadyTrials, muscles: tuple[str, ...]) -> Non
     if apart.any():
         row, j = np.argwhere(apart)[0]
         at, reference = (np.degrees(each[row, j]) for each in (trials.angle_rad, trials.reference_rad))
-        raise InputError(f"steady: row {row + 1}: joint {j}",
+        raise InputError(f"steady: row {row + 1}: {joints[j]}",
                          f"is at {at:.4g} deg, its reference is {reference:.4g} deg",
                          f"angles within {np.degrees(_APART_RAD):.3g} deg of their reference",
                          "check units and signs of both")

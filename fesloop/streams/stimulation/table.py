@@ -40,6 +40,7 @@ reference angles, such as "0110".
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -65,6 +66,7 @@ from fesloop.streams.stimulation.recording import (
     Whole,
     direction_of,
     largest_torque_nm,
+    utf8_name,
 )
 from fesloop.streams.text_table import TextForm, read_columns
 
@@ -177,11 +179,21 @@ def read_tables(path: Path) -> StimulationRecording:
             person=layout.person, muscles=layout.muscles, joints=joints,
             zero_rad=np.radians(numbers["zero_deg"]), friction_nm=numbers["friction_nm"],
             frequency_hz=layout.frequency_hz, lowest_width_s=widths[:, 0].copy(),
-            highest_width_s=widths[:, 1].copy(), width_current_a=widths[:, 2].copy(), source=path.name,
+            highest_width_s=widths[:, 1].copy(), width_current_a=widths[:, 2].copy(), source=utf8_name(path),
             source_format="table", side=layout.side, electrodes=layout.electrodes, notes=layout.notes,
             **parts)
     except InputError as fault:
-        raise fault.within(str(path)) from None
+        raise _in_table(fault, path, tables) from None
+
+
+def _in_table(fault: InputError, path: Path, tables: Mapping[str, _Table]) -> InputError:
+    """A fault of the recording, led by its file: a trial's by the table and line that it is from."""
+    row = re.match(r"steady: row (\d+)", fault.where)
+    if row is None:
+        return fault.within(str(path))
+    table, rest = tables["steady"], fault.where[row.end():]
+    return InputError(f"{table.where}: line {table.lines[int(row[1]) - 1]}{rest}", fault.found, fault.allowed,
+                      fault.remedy)
 
 
 class _Column(NamedTuple):

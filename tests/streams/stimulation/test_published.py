@@ -104,6 +104,7 @@ def test_a_small_archive_is_read_by_its_keys(tmp_path):
     ({"step_s": None}, "is no whole archive of rat_gm (KeyError: 'step_s')"),
     ({"name": np.array(["QR1", "QR2"])}, "is no whole archive of rat_gm"),
     ({"step_s": np.array(0.0)}, "period_s: 0.0"),
+    ({"name": np.array(["QR\ud800"])}, "name: 'QR\\ud800' is no UTF-8 text"),
     ({"rat": None}, "is no archive of a known set, it holds kind, name"),
 ])
 def test_archives_with_faults_are_refused_in_one_line(tmp_path, changed, fault):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from stimulation_parts import recording, recordings_of_all_kinds, require_same
 
 from fesloop.errors import InputError
+from fesloop.streams.files import open_recording
 from fesloop.streams.stimulation import open_stimulation
 from fesloop.streams.stimulation.stored import write_stimulation
 
@@ -24,6 +25,12 @@ def test_what_is_written_comes_back_bit_for_bit(tmp_path, made):
     path.unlink(missing_ok=True)
     write_stimulation(made, path)
     require_same(open_stimulation(path), made)
+
+
+def test_it_is_no_recording_of_motion(tmp_path):
+    write_stimulation(recording(np.random.default_rng(1)), tmp_path / "person.h5")
+    with pytest.raises(InputError, match="is a recording of stimulated muscle"):
+        open_recording(tmp_path / "person.h5")
 
 
 def test_no_file_is_written_over(tmp_path):

@@ -190,9 +190,9 @@ def test_a_faulty_table_is_refused_with_its_place(tmp_path, data):
     (lambda t: t.update(visit=np.repeat([0, 0, 1], 6)), "visit 0: is in 2 postures"),
     (lambda t: t.update(visit=[0.5, *t["visit"][1:]]), "line 2: column 'visit': 0.5 is no whole number"),
     (lambda t: t.update(current=np.full(18, 0.06), pulse_width=np.full(18, 3e-5)),
-     "row 1: is passive, but has pulses of 30 us and 60 mA"),
+     "trials.csv: line 2: is passive, but has pulses of 30 us and 60 mA"),
     (lambda t: t.update(pulse_width=t["pulse_width"] * 1e-6), "check the unit of pulse width"),
-    (lambda t: t.update(elbow_flexion=-t["elbow_flexion"]), "its reference is -60 deg"),
+    (lambda t: t.update(elbow_flexion=-t["elbow_flexion"]), "trials.csv: line 2: elbow_flexion: is at 5"),
     (lambda t: t.update(muscle=["biceps"] * 18, current=np.full(18, 0.06)), "has no passive trial"),
 ])
 def test_what_rows_contradict_is_named(tmp_path, change, fault):
