@@ -5,8 +5,9 @@ Torque is a sum of features of the posture, each times a weight that is the pers
 - muscles: moment arms of the muscles under the electrode (`MusclePaths`), each times a force. A device that
   holds the hand feels part of the elbow's torque at the wrist, about the axis that is horizontal in the
   world: `coupling` of it deviates a neutral forearm's hand and extends or flexes a rotated one's;
-- a constant of each joint, and slopes over the angles, for what moment arms do not say: fibre length, skin
-  that moves over the muscles, and an electrode that lies beside its muscle.
+- a constant of each joint, slopes over the angles, and a curvature over the elbow's, which has the widest
+  range, for what moment arms do not say: fibre length, skin that moves over the muscles, and an electrode
+  that lies beside its muscle.
 
 Weights are normal. Their spread is that of people (`Spreads`), in units of the standard deviation of a
 repeat, by which people scale: where stimulation evokes much torque, repeats scatter much, too. A share of
@@ -43,6 +44,8 @@ REFERENCE_RAD = np.deg2rad([57.5, 0.0, 0.0, 0.0])
 """Posture at which constants are the torque, where slopes are 0."""
 SLOPE_RAD = np.deg2rad([30.0, 40.0, 10.0, 10.0])
 """Angles over which slopes are stated."""
+MEAN_SQUARE = 2.0 / 3.0
+"""Of the elbow's angle at -1, 0 and 1 slope angle from the reference: curvatures leave their mean as it is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,14 +55,17 @@ class Spreads:
     Attributes
     ----------
     muscles: of the torque of each muscle (`muscle_torques`), over the mean of the joints' repeats.
-    constants: (4,) by joint. slopes: (4,) by angle, over `SLOPE_RAD`, of every joint.
-    common_muscles, common_constants, common_slopes: share of the variance that is common to all people.
+    constants: (4,) by joint. slopes: (4,) by angle, over `SLOPE_RAD`, of every joint. curvatures: (4,) by
+        joint, over the square of the elbow's.
+    common_muscles, common_constants, common_slopes: share of the variance that is common to all people; that
+        of curvatures is that of slopes.
     coupling: share of the elbow's torque that the device feels at the wrist.
     """
 
     muscles: float
     constants: tuple[float, ...]
     slopes: tuple[float, ...]
+    curvatures: tuple[float, ...]
     common_muscles: float
     common_constants: float
     common_slopes: float
@@ -142,8 +148,8 @@ def _usual(electrode: str) -> Postures:
 
 
 def feature_sizes(electrode: str, where: str = "electrode") -> tuple[int, int, int]:
-    """Numbers of features of muscles, constants, and slopes."""
-    return len(muscles_under(electrode, where)), len(JOINTS), len(JOINTS) ** 2
+    """Numbers of features of muscles, of constants, and of slopes and curvatures."""
+    return len(muscles_under(electrode, where)), len(JOINTS), len(JOINTS) * (len(JOINTS) + 1)
 
 
 def features(postures: Postures, scale_nm: Array, spreads: Spreads) -> Array:
@@ -154,9 +160,12 @@ def features(postures: Postures, scale_nm: Array, spreads: Spreads) -> Array:
     joints, count = len(JOINTS), len(postures.angles)
     of_muscles = spreads.muscles * scale_nm.mean() * muscle_torques(postures, spreads.coupling)
     constants = np.broadcast_to(np.diag(scale_nm * np.array(spreads.constants)), (count, joints, joints))
-    away = (postures.angles - REFERENCE_RAD) / SLOPE_RAD * np.array(spreads.slopes)
-    slopes = np.einsum("na,jl->njal", away, np.diag(scale_nm)).reshape(count, joints, joints**2)
-    return np.concatenate([of_muscles.transpose(0, 2, 1), constants, slopes], axis=2)
+    away = (postures.angles - REFERENCE_RAD) / SLOPE_RAD
+    slopes = np.einsum("na,jl->njal", away * np.array(spreads.slopes), np.diag(scale_nm))
+    curvatures = ((away[:, 0]**2 - MEAN_SQUARE)[:, np.newaxis, np.newaxis]
+                  * np.diag(scale_nm * np.array(spreads.curvatures)))
+    return np.concatenate([of_muscles.transpose(0, 2, 1), constants,
+                           slopes.reshape(count, joints, joints**2), curvatures], axis=2)
 
 
 def common_shares(electrode: str, spreads: Spreads) -> Array:

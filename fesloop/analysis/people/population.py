@@ -32,8 +32,8 @@ from fesloop.streams.stimulation import StimulationRecording
 Array = NDArray[np.float64]
 NEUTRAL_RAD = np.deg2rad([90.0, 0.0, 0.0, 0.0])
 """Angles of joints that a recording does not have."""
-_START = Spreads(muscles=1.0, constants=(0.3,) * 4, slopes=(0.3,) * 4, common_muscles=0.5,
-                 common_constants=0.5, common_slopes=0.5, coupling=0.1)
+_START = Spreads(muscles=1.0, constants=(0.3,) * 4, slopes=(0.3,) * 4, curvatures=(0.3,) * 4,
+                 common_muscles=0.5, common_constants=0.5, common_slopes=0.5, coupling=0.1)
 """Centre of the prior of the spreads' logarithms (shares: logits), whose standard deviation is 1 (chosen)."""
 _LEAST_SCALE_NM = 1e-3
 _ITERATIONS = 15
@@ -220,11 +220,14 @@ def _log_likelihood(electrode: str, people: Sequence[Trials], spreads: Spreads) 
 
 
 def _as_logs(spreads: Spreads) -> Array:
-    return np.concatenate([np.log([spreads.muscles, *spreads.constants, *spreads.slopes, spreads.coupling]),
+    return np.concatenate([np.log([spreads.muscles, *spreads.constants, *spreads.slopes,
+                                   *spreads.curvatures, spreads.coupling]),
                            logit([spreads.common_muscles, spreads.common_constants, spreads.common_slopes])])
 
 
 def _of_logs(logs: Array) -> Spreads:
-    sizes, shares = np.exp(logs[:10]).tolist(), expit(logs[10:]).tolist()
-    return Spreads(muscles=sizes[0], constants=tuple(sizes[1:5]), slopes=tuple(sizes[5:9]), coupling=sizes[9],
-                   common_muscles=shares[0], common_constants=shares[1], common_slopes=shares[2])
+    sizes, shares = np.exp(logs[:14]).tolist(), expit(logs[14:]).tolist()
+    return Spreads(
+        muscles=sizes[0], constants=tuple(sizes[1:5]), slopes=tuple(sizes[5:9]),
+        curvatures=tuple(sizes[9:13]), coupling=sizes[13], common_muscles=shares[0],
+        common_constants=shares[1], common_slopes=shares[2])

@@ -28,7 +28,8 @@ from fesloop.streams.stimulation import SteadyTrials, StimulationRecording, open
 from fesloop.streams.stimulation.stored import write_stimulation
 
 SPREADS = Spreads(muscles=1.5, constants=(0.2, 0.3, 0.5, 0.4), slopes=(0.3, 0.3, 0.1, 0.2),
-                  common_muscles=0.8, common_constants=0.3, common_slopes=0.4, coupling=0.1)
+                  curvatures=(0.5, 0.2, 0.2, 0.3), common_muscles=0.8, common_constants=0.3,
+                  common_slopes=0.4, coupling=0.1)
 SCALE_NM = np.array([0.25, 0.04, 0.07, 0.08])
 GRID_DEG = np.array([[e, f, w, r] for e in (-60, -30, -5) for f in (-40, 40) for w in (-10, 10)
                      for r in (-10, 10)], float)
@@ -108,6 +109,7 @@ def test_spreads_of_people_are_found(world):
     assert found.muscles == pytest.approx(SPREADS.muscles, rel=0.4)
     np.testing.assert_allclose(found.constants, SPREADS.constants, rtol=0.5)
     np.testing.assert_allclose(found.slopes, SPREADS.slopes, rtol=0.4)
+    np.testing.assert_allclose(found.curvatures, SPREADS.curvatures, rtol=0.5)
     assert found.common_slopes == pytest.approx(SPREADS.common_slopes, abs=0.2)
     assert found.coupling == pytest.approx(SPREADS.coupling, rel=0.4)
 
