@@ -39,7 +39,7 @@ def test_nobody_predicts_themselves(recordings, monkeypatch):
 
 @pytest.mark.slow
 def test_people_are_predicted_better_than_by_lines_and_by_other_peoples_mean(recordings):
-    rows, sweeps = evoked.rows_and_sweeps(recordings / "fes_exo", 400)
+    rows, sweeps, _ = evoked.rows_and_sweeps(recordings / "fes_exo", 400)
     by_name = {(row.table, row.row): row for row in rows}
     assert all(row.holds for key, row in by_name.items() if "stretch" not in key[1])
     assert len(sweeps["postures"].rows) == 5

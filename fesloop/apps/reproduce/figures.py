@@ -159,20 +159,24 @@ COLOURS = {"B": ORANGE, "M1": BLUE, "M2": GREEN}
 
 
 def draw(found: Reproduction, folder: Path) -> list[Path]:
-    """Write every figure as PNG and return the paths. Raises InputError if matplotlib is not installed."""
+    """Write every figure that has curves as PNG and return the paths.
+
+    Raises InputError if matplotlib is not installed.
+    """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: F401
     except ImportError:
         raise InputError("figures", "matplotlib is not installed", "matplotlib 3.8 or later",
                          "pip install matplotlib") from None
     written = []
-    every: dict[str, Callable[[Reproduction], Figure]] = dict(_OF_PAPER.get(found.paper, {}))
+    every: dict[str, Callable[[Reproduction], Figure | None]] = dict(_OF_PAPER.get(found.paper, {}))
     if any(isinstance(row.ours, Band) for row in found.rows):
         every["bands"] = bands
     for name, make in every.items():
-        path = folder / f"{name}.png"
-        make(found).savefig(path, dpi=110)
-        written.append(path)
+        figure = make(found)
+        if figure is not None:
+            figure.savefig(folder / f"{name}.png", dpi=110)
+            written.append(folder / f"{name}.png")
     return written
 
 
@@ -375,10 +379,59 @@ def hour(found: Reproduction) -> Figure:
     return figure
 
 
+def rats(found: Reproduction) -> Figure | None:
+    """Draw force of each rat's muscle, measured black and simulated blue: contractions, a ramp, a cycle."""
+    animals = found.curves.get("rats")
+    if not animals:
+        return None
+    figure = _figure(12.0, 3.2 * len(animals))
+    grid = figure.subplots(len(animals), 3, squeeze=False)
+    for row, (name, kept) in zip(grid, animals.items(), strict=True):
+        for key in ("long", "short"):
+            _both(row[0], kept[key]["times_s"], kept[key])
+        _tidy(row[0], "s", "force, N",
+              f"{name}: isometric, {kept['long']['name']} and {kept['short']['name']}")
+        _both(row[1], kept["ramp"]["times_s"], kept["ramp"])
+        _tidy(row[1], "s", "force, N", f"{kept['ramp']['name']}: step and ramp of shortening")
+        _both(row[2], kept["cycles"]["length_mm"], kept["cycles"])
+        _tidy(row[2], "length of muscle and tendon, mm", "force, N",
+              f"{kept['cycles']['name']}: not fitted, of median error")
+        for axes in row[:2]:
+            axes.set_xlim(0.45, 1.05)
+    figure.axes[0].legend(*_first_two(figure.axes[0]), frameon=False, fontsize="small")
+    return figure
+
+
+def _both(axes: Axes, x: NDArray[np.float64], kept: dict[str, Any]) -> None:
+    axes.plot(x, kept["theirs_n"], color="black", linewidth=1.0, label="theirs")
+    axes.plot(x, kept["ours_n"], color=BLUE, linewidth=1.0, label="ours")
+
+
+def _first_two(axes: Axes) -> tuple[list[Any], list[str]]:
+    handles, labels = axes.get_legend_handles_labels()
+    return handles[:2], labels[:2]
+
+
+def biceps(found: Reproduction) -> Figure | None:
+    """Draw the trains of a biceps, measured black and simulated blue: those fitted, and those predicted."""
+    trains = found.curves.get("trains")
+    if not trains:
+        return None
+    figure = _figure(11.0, 3.6)
+    left, right = figure.subplots(1, 2, sharey=True)
+    for train in trains:
+        _both(left if train["fitted"] else right, train["times_s"], train)
+    _tidy(left, "s", "force, N", "biceps: trains fitted")
+    _tidy(right, "s", "", "course of trains not fitted, each at its own scale")
+    left.legend(*_first_two(left), frameon=False, fontsize="small")
+    return figure
+
+
 _OF_PAPER: dict[str, dict[str, Any]] = {
     "array_search": {"maps": maps, "progress": progress},
     "grasp_mpc": {"latency": latency},
     "hour": {"hour": hour},
+    "people": {"rats": rats, "biceps": biceps},
     "linear_theory": {"beside_theory": beside_theory},
     "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,

@@ -9,17 +9,21 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from fesloop.apps.reproduce.cohort import Progress
 from fesloop.apps.reproduce.comparison import Row
-from fesloop.apps.reproduce.people import evoked
+from fesloop.apps.reproduce.people import evoked, muscle, trains
+from fesloop.apps.reproduce.people.part import Part
 from fesloop.apps.reproduce.result import Reproduction, Sweep
 from fesloop.errors import InputError
 
 VARIABLE = "FESLOOP_RECORDINGS"
 SUBJECTS = 1000
-PARTS: dict[str, Callable[[Path, int], tuple[list[Row], dict[str, Sweep]]]] = {
+PARTS: dict[str, Callable[[Path, int], Part]] = {
     "fes_exo": evoked.rows_and_sweeps,
+    "rat_gm": muscle.part,
+    "biceps_force": trains.part,
 }
 """Parts by the folder of their recordings."""
 
@@ -33,13 +37,15 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
                          f"set {VARIABLE} to it")
     rows: list[Row] = []
     sweeps: dict[str, Sweep] = {}
+    curves: dict[str, Any] = {}
     for done, (name, part) in enumerate(PARTS.items()):
         if name in present:
-            found, tables = part(folder / name, subjects)
-            rows += found
-            sweeps |= tables
+            found = part(folder / name, subjects)
+            rows += found.rows
+            sweeps |= found.sweeps
+            curves |= found.curves
         else:
             rows.append(Row(name, "recordings", "present", f"absent from {folder}", holds=False))
         if progress is not None:
             progress((done + 1) / len(PARTS))
-    return Reproduction("people", subjects, rows, sweeps=sweeps, unit="random person")
+    return Reproduction("people", subjects, rows, sweeps=sweeps, curves=curves, unit="random person")

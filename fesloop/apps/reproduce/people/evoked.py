@@ -26,6 +26,7 @@ from scipy.stats import norm, t
 
 from fesloop.analysis.people.population import ArmPopulation, Cells, Trials, trials_of
 from fesloop.apps.reproduce.comparison import Row
+from fesloop.apps.reproduce.people.part import Part
 from fesloop.apps.reproduce.result import Sweep
 from fesloop.hand.muscle_paths import JOINTS
 from fesloop.models.evoked_torque import Postures, features
@@ -159,7 +160,7 @@ def _others_log_density(truth: Array, others: Sequence[Array]) -> Array:
     return np.asarray(t.logpdf(truth, count - 1, np.mean(others, axis=0), spread))
 
 
-def rows_and_sweeps(folder: Path, random_people: int) -> tuple[list[Row], dict[str, Sweep]]:
+def rows_and_sweeps(folder: Path, random_people: int) -> Part:
     """Rows of both questions, and errors by person."""
     people = recordings(folder)
     by_person = populations(people)
@@ -178,7 +179,7 @@ def rows_and_sweeps(folder: Path, random_people: int) -> tuple[list[Row], dict[s
                   rows=tuple((name, tuple(
                       float(_ratio([each], kind)[joint]) for joint in range(len(JOINTS)) for kind in kinds))
                       for name, each in zip(trials, postures, strict=True)))
-    return rows, {"postures": sweep}
+    return Part(rows, {"postures": sweep})
 
 
 def _ratio(people: Sequence[Posture], kind: str) -> Array:
