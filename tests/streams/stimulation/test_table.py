@@ -2,12 +2,14 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import scipy.constants
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from stimulation_parts import require_same
 
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
@@ -274,6 +276,23 @@ def test_faults_of_courses_are_named(tmp_path, row, at, value, fault):
     names, rows = samples()
     rows[row][at] = value
     assert fault in refusal(write(tmp_path, names, rows, tables='courses = "trials.csv"\n'))
+
+
+def test_a_published_person_as_tables_is_the_same_person(recordings, tmp_path):
+    known = open_stimulation(recordings / "fes_exo" / "S9006.npz")
+    trials, muscles = known.steady, known.muscles
+    names = ["muscle", "posture", "visit", "order", "repeat", "time_s", "current_a", "pulse_width_s"]
+    of_joints = {"rad": trials.angle_rad, "reference_rad": trials.reference_rad,
+                 "nm": trials.device_torque_nm, "sd_nm": trials.device_torque_sd_nm,
+                 "creep_nm": trials.creep_nm, "stiffness_nm_rad": trials.stiffness_nm_rad}
+    names += [f"{joint}_{what}" for what in of_joints for joint in known.joints]
+    numbers = np.column_stack([trials.time_s, trials.current_a, trials.pulse_width_s, *of_joints.values()])
+    rows = [["passive" if trials.muscle[k] < 0 else muscles[trials.muscle[k]], trials.posture[k],
+             *(str(each[k]) for each in (trials.visit, trials.order, trials.repeat)),
+             *(repr(value) for value in numbers[k].tolist())] for k in range(len(trials))]
+    head = f'person = "S9006"\nfrequency_hz = 40\ntorque = "device"\nmuscles = {json.dumps(muscles)}\n'
+    found = open_stimulation(write(tmp_path, names, rows, head)).steady
+    require_same(found, replace(trials, trace_nm=None, trace_period_s=0.0))
 
 
 def test_joints_must_agree_between_tables(tmp_path):
