@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_COURSES, _MOST_FORCES = 12, 6
+_LETTERS_AN_INCH = 11
+"""Letters of a title to an inch of picture at 10 points (measured; less a margin)."""
 _SHOWN_LENGTHS = (0.5, 99.5)
 """Percentiles of a muscle's length that its axis shows (chosen: servomotors are reset within recordings)."""
 
@@ -49,7 +52,7 @@ def _figure(width: float, height: float, title: str) -> Figure:
 
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    figure.suptitle(title, fontsize=11, x=0.01, ha="left")
+    figure.suptitle(fill(title, int(_LETTERS_AN_INCH * width)), fontsize=10, x=0.01, ha="left")
     return figure
 
 
