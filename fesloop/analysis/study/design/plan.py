@@ -84,12 +84,13 @@ class Resolver:
                                             self._folder), picked.name)
 
 
-def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | None = None
-         ) -> Iterator[PlannedCell]:
+def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | None = None, *,
+         checked: bool = False) -> Iterator[PlannedCell]:
     """All cells with their runs.
 
     After the last cell, raises InputErrors with the faults of all cells, each once and with its first cell;
-    of many faults, further ones are counted.
+    of many faults, further ones are counted. With `checked`, all cells are sound but for what was prepared
+    for them: a cell that its model makes invalid has failed runs with that cause.
     """
     resolver, faults = Resolver(study.folder), dict[str, InputError]()
     for cell in cells_of(study):
@@ -98,8 +99,11 @@ def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | N
                                              study.about.seed)
             _refuse_live(experiment)
         except InputError as fault:
-            for each in getattr(fault, "faults", [fault]):
-                faults.setdefault(str(each), in_cell(each, study, cell))
+            if checked:
+                yield _not_prepared(study, cell, " ".join(str(fault).split()))
+            else:
+                for each in getattr(fault, "faults", [fault]):
+                    faults.setdefault(str(each), in_cell(each, study, cell))
         except NotPrepared as fault:
             if not faults:
                 yield _not_prepared(study, cell, str(fault))

@@ -107,7 +107,7 @@ def _run_all(client: Any, study: Study, preparations: Preparations, store: Store
     if study.prepare:
         with TemporaryDirectory(prefix="fesloop-") as folder:
             settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
-            store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share)))
+            store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share), checked=True))
     run_pending(client, study, store, retry_failed, watch)
 
 
