@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fesloop.analysis.muscle_fit import MuscleTrial
 from fesloop.apps.reproduce import people
 from fesloop.apps.reproduce.figures import draw
 from fesloop.apps.reproduce.people import muscle, trains
@@ -29,6 +30,9 @@ def test_rise_and_decay_of_a_first_order_lag_are_its_closed_forms():
     rise, decay = trains.rise_and_decay(force, last, 1e-3)
     assert rise == pytest.approx(1e3 * tau * np.log(9.0), abs=0.5)
     assert decay == pytest.approx(1e3 * tau * np.log(2.0), abs=0.5)
+    left = np.exp(-0.1 / tau)
+    _, decay = trains.rise_and_decay(force[:1101], last, 1e-3)
+    assert decay == pytest.approx(-1e3 * tau * np.log(0.5 * (1.0 + left)), abs=0.5)
 
 
 def test_the_shape_of_trains_is_found_whatever_their_scales():
@@ -73,6 +77,15 @@ def test_absent_recordings_are_rows_that_do_not_hold(recordings, monkeypatch, tm
     rows = people.run(10).rows
     assert [(row.table, row.holds) for row in rows if str(row.ours).startswith("absent")] == [
         ("fes_exo", False), ("rat_gm", False)]
+
+
+def test_a_rat_without_cycles_is_a_row_that_does_not_hold(monkeypatch, tmp_path):
+    trial = MuscleTrial("ISOM01", "ISOM", np.zeros(3), np.zeros(3), np.zeros(3))
+    monkeypatch.setattr(muscle, "rats", lambda folder: {"GMe9": [trial]})
+    ((row,), sweeps, curves) = muscle.part(tmp_path, 1)
+    assert (row.row, row.ours, row.holds) == ("GMe9", "none of QR, SR, SSC", False)
+    assert not curves["rats"]
+    assert sweeps["rat_errors"].rows == ()
 
 
 @pytest.mark.slow

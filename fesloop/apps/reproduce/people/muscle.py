@@ -53,10 +53,8 @@ def fitted(trials: Sequence[MuscleTrial]) -> MuscleFit:
 
 def errors(fit: MuscleFit, trials: Sequence[MuscleTrial]) -> dict[str, list[float]]:
     """Error of each recording by kind, % of the largest isometric force."""
-    found: dict[str, list[float]] = {kind: [] for kind in (*FITTED, PREDICTED)}
-    for trial in trials:
-        found[trial.kind].append(100.0 * rms_error(fit.muscle, trial) / fit.muscle.force_n)
-    return found
+    return {kind: [100.0 * rms_error(fit.muscle, trial) / fit.muscle.force_n
+                   for trial in trials if trial.kind == kind] for kind in (*FITTED, PREDICTED)}
 
 
 def part(folder: Path, random_people: int) -> Part:
@@ -64,6 +62,11 @@ def part(folder: Path, random_people: int) -> Part:
     rows, shown, numbers = [], [], []
     curves: dict[str, Any] = {}
     for rat, trials in rats(folder).items():
+        lacking = {*FITTED, PREDICTED} - {trial.kind for trial in trials}
+        if lacking:
+            rows.append(Row("rat muscle", rat, f"recordings of {', '.join((*FITTED, PREDICTED))}",
+                            f"none of {', '.join(sorted(lacking))}", holds=False))
+            continue
         fit = fitted(trials)
         found = errors(fit, trials)
         of_kind = {kind: float(np.mean(each)) for kind, each in found.items()}
