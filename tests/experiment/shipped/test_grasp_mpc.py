@@ -6,6 +6,7 @@ import pytest
 import fesloop
 from controllers.identification.file import identify_recording
 from fesloop import Recording
+from fesloop.experiment.metrics.grasp_outcome import FREEDOMS
 from fesloop.models.patient_model import load_patient_model
 
 
@@ -97,6 +98,31 @@ def test_two_fingers_pinch_by_the_aperture(tmp_path):
     assert force["F2"][0] + force["F3"][0] > 10.0 * (force["F4"][0] + force["F5"][0] + force["palm"][0])
 
 
+@pytest.mark.parametrize("tracker", ["constrained", pytest.param("ideal", marks=pytest.mark.slow),
+                                     pytest.param("salchow_m2", marks=pytest.mark.slow)])
+def test_a_card_is_held_between_the_thumb_and_the_side_of_the_index_finger(tracker, tmp_path):
+    result = fesloop.load("key_mpc", [f"tracker={tracker}"]).run(tmp_path)
+    metrics = result.metrics
+    assert metrics["held"] == [True]
+    assert metrics["grip_margin"][0] > 1.5
+    force = metrics["grip_force_n"]
+    assert min(force["F1"][0], force["F2"][0]) > 0.1
+    assert force["F3"][0] + force["F4"][0] + force["F5"][0] + force["palm"][0] == 0.0
+    with Recording(result.recording) as recording:
+        angles = recording.signal("hand.angles")
+        index = FREEDOMS.index("F2_mcp_flexion"), FREEDOMS.index("F2_pip_flexion")
+        flexed = np.degrees(angles.values[angles.times_ns > 6.2e9][:, index][:80].mean(axis=0))
+    assert (flexed > 65.0).all(), "the index finger stays under the thumb"
+
+
+@pytest.mark.slow
+def test_without_its_brace_the_thumbs_base_is_free(tmp_path):
+    with Recording(fesloop.load("pinch_mpc", ["thumb=free"]).run(tmp_path).recording) as recording:
+        angles = np.degrees(recording.signal("hand.angles").values)
+    base = [FREEDOMS.index(f"F1_cmc_{motion}") for motion in ("flexion", "abduction", "pronation")]
+    assert np.ptp(angles[:, base], axis=0).min() > 5.0
+
+
 @pytest.mark.slow
 def test_a_model_of_the_aperture_is_identified_through_the_tracker(tmp_path):
     recording = fesloop.load("identify_grasp", ["follow=aperture"]).run(tmp_path).recording
@@ -105,4 +131,16 @@ def test_a_model_of_the_aperture_is_identified_through_the_tracker(tmp_path):
     assert min(model.fit["half_second"].values()) > 60.0
     model.save(tmp_path / "mine.toml")
     grasp = fesloop.load("grasp_mpc", ["follow=aperture", f"model={tmp_path / 'mine.toml'}"])
+    assert grasp.run(tmp_path).metrics["held"] == [True]
+
+
+@pytest.mark.slow
+def test_a_model_for_the_key_grasp_is_identified_through_the_tracker(tmp_path):
+    recording = fesloop.load("identify_key").run(tmp_path).recording
+    model = identify_recording(str(recording)).model
+    shipped = load_patient_model("key_sci_c6")
+    assert (model.outputs, model.electrodes) == (shipped.outputs, shipped.electrodes)
+    assert min(model.fit["half_second"].values()) > 60.0
+    model.save(tmp_path / "mine.toml")
+    grasp = fesloop.load("key_mpc", [f"model={tmp_path / 'mine.toml'}"])
     assert grasp.run(tmp_path).metrics["held"] == [True]

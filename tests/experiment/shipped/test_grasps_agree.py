@@ -21,6 +21,8 @@ HELD = [
     ("grasp_mpc", "control=tuned_pid"), ("grasp_mpc", "control=mpc_no_compensation"),
     ("pinch_mpc",), ("pinch_mpc", "glove=fingertips"), ("pinch_mpc", "plant=myohand"),
     ("pinch_mpc", "control=tuned_pid"), ("pinch_mpc", "tracker=ideal"),
+    ("grasp_mpc", "follow=aperture"), ("pinch_mpc", "follow=aperture"),
+    ("key_mpc",), ("key_mpc", "tracker=ideal"),
     ("grasp_cylinder",), ("grasp_cylinder", "plant=myohand"), ("pinch",), ("pinch", "plant=myohand"),
     ("hold_grip_force",), ("hold_grip_force", "glove=fingertips"),
 ]
