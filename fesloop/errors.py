@@ -13,6 +13,7 @@ _LONGEST, _LONGEST_LINE, _END = 400, 3000, 100
 RENAMED = {
     "about_z_share": "flexion_axis_share",
     "asked": "intended",
+    "fingertip_force": "force_sensors",
     "fingertips": "places",
     "not_known": "missing",
     "of_optimum": "optimum_share",
@@ -23,7 +24,7 @@ RENAMED = {
     "wanted": "target",
     "wanted_n": "target_n",
 }
-"""Former names that users' files may hold (keys, ports, metrics), each with its present name."""
+"""Former names that users' files may hold (keys, kinds, ports, metrics), each with its present name."""
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

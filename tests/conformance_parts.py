@@ -63,7 +63,7 @@ def specimens():
         "synergies": {},
         "excitation": {"current_ma": (8.0, 10.0), "width_us": ((0.0, 300.0),) * 2, "lead_s": 0.05,
                        "stairs": 2, "stair_s": 0.02, "rest_s": 0.02, "prbs_s": 0.1, "bit_s": 0.02},
-        "imus": every_imu_error(), "fingertip_force": {}, "muscles": a_tired_patient(),
+        "imus": every_imu_error(), "force_sensors": {}, "muscles": a_tired_patient(),
         "fmu": {"path": "shipped:finger", "step_rate": "100"},
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
         "stimulator": {}, "electrodes": {},

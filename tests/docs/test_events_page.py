@@ -21,7 +21,7 @@ SECTIONS = {
     "plants/muscles/": "Electrodes and muscles",
     "plants/imus/": "Sensors on the hand",
     "plants/fmu/": "FMUs",
-    "plants/fingertip_force.py": "Sensors on the hand",
+    "plants/force_sensors.py": "Sensors on the hand",
     "estimators/": "Trackers and calibration",
     "controllers/pid/": "PID",
     "controllers/ilc/": "Iterative learning (ILC)",

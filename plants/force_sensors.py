@@ -1,4 +1,4 @@
-"""`fingertip_force`: force sensors of a glove, on palm and bones, or at the fingertips alone."""
+"""`force_sensors`: force sensors of a glove, on palm and bones, or at the fingertips alone."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def read_forces(
     return saturated
 
 
-class FingertipForceState:
+class ForceSensorsState:
     """State of the sensors.
 
     Attributes
@@ -78,7 +78,7 @@ class FingertipForceState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FingertipForce:
+class ForceSensors:
     """Thin resistive force sensors on parts of a hand: those of a glove, or those at the fingertips alone.
 
     Input `contact_force` (16,), N, on each of `fesloop.hand.anthropometry.PARTS`; output `force` (k,), N, on
@@ -113,14 +113,14 @@ class FingertipForce:
     resolution: float = 25.0 / 1024.0
 
     def __post_init__(self) -> None:
-        require_not_negative("fingertip_force", self, "gain_sd", "offset_sd", "drift", "noise_sd",
+        require_not_negative("force_sensors", self, "gain_sd", "offset_sd", "drift", "noise_sd",
                              "threshold_n", "resolution")
-        require_positive("fingertip_force", self, "range_n")
-        require_places(self.places, "fingertip_force.places")
+        require_positive("force_sensors", self, "range_n")
+        require_places(self.places, "force_sensors.places")
         if not self.places:
-            raise InputError("fingertip_force.places", "is empty", ", ".join(PARTS), "name a part")
+            raise InputError("force_sensors.places", "is empty", ", ".join(PARTS), "name a part")
         if not self.threshold_n < self.range_n:
-            raise InputError("fingertip_force.threshold_n", f"{self.threshold_n:g}",
+            raise InputError("force_sensors.threshold_n", f"{self.threshold_n:g}",
                              f"below range_n, {self.range_n:g}")
 
     @property
@@ -133,15 +133,15 @@ class FingertipForce:
         """Readings of the sensors."""
         return (Port("force", (len(self.places),), "N", sensors=Sensors(self.places)),)
 
-    def init(self, context: Context) -> FingertipForceState:
+    def init(self, context: Context) -> ForceSensorsState:
         """State with the sensors of this run."""
         count = len(self.places)
         normal = NoiseStream(stream_key(context.seed, f"{context.name}/sensors", 0), 2 * count).row(0)
         felt = np.array([PARTS.index(place) for place in self.places])
-        return FingertipForceState(felt, 1.0 + self.gain_sd * normal[:count], self.offset_sd * normal[count:],
-                                   context.noise(2 * count))
+        return ForceSensorsState(felt, 1.0 + self.gain_sd * normal[:count], self.offset_sd * normal[count:],
+                                 context.noise(2 * count))
 
-    def step(self, state: FingertipForceState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+    def step(self, state: ForceSensorsState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Readings of one tick; none before the first forces."""
         if not inputs[0].present:
             return ()

@@ -12,7 +12,7 @@ from fesloop.hand.anthropometry import FINGERTIPS, PARTS
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.signals import Sample
-from plants.fingertip_force import FingertipForce
+from plants.force_sensors import ForceSensors
 
 IDEAL = {"gain_sd": 0.0, "offset_sd": 0.0, "drift": 0.0, "noise_sd": 0.0, "resolution": 0.0}
 MANY = len(PARTS)
@@ -38,7 +38,7 @@ def spread_is(values, sd):
 
 def test_an_ideal_glove_reads_the_force_on_every_part():
     forces = np.linspace(0.0, 20.0, len(PARTS))
-    samples, reports = read(FingertipForce(**IDEAL), forces, 2)
+    samples, reports = read(ForceSensors(**IDEAL), forces, 2)
     np.testing.assert_array_equal(samples, [forces] * 2)
     assert not reports
 
@@ -47,7 +47,7 @@ def test_an_ideal_glove_reads_the_force_on_every_part():
 @settings(deadline=None, max_examples=30)
 def test_sensors_feel_the_parts_that_they_are_on_and_no_others(places):
     forces = np.arange(1.0, 17.0)
-    block = FingertipForce(**IDEAL, places=tuple(places))
+    block = ForceSensors(**IDEAL, places=tuple(places))
     samples, _ = read(block, forces, 1)
     assert dict(zip(places, samples[0], strict=True)) == {place: 1.0 + PARTS.index(place) for place in places}
     (port,) = block.outputs
@@ -56,14 +56,14 @@ def test_sensors_feel_the_parts_that_they_are_on_and_no_others(places):
 
 
 def test_below_its_threshold_a_sensor_shows_nothing():
-    sensors = FingertipForce(**IDEAL, places=FINGERTIPS, threshold_n=0.1)
+    sensors = ForceSensors(**IDEAL, places=FINGERTIPS, threshold_n=0.1)
     forces = np.zeros(len(PARTS))
     forces[[PARTS.index(place) for place in FINGERTIPS]] = 0.0, 0.05, 0.099, 0.1, 3.0
     np.testing.assert_array_equal(read(sensors, forces, 1)[0], [[0.0, 0.0, 0.0, 0.1, 3.0]])
 
 
 def test_gain_and_offset_belong_to_the_sensors():
-    sensors = FingertipForce(**IDEAL | {"gain_sd": 0.05, "offset_sd": 0.1}, range_n=100.0)
+    sensors = ForceSensors(**IDEAL | {"gain_sd": 0.05, "offset_sd": 0.1}, range_n=100.0)
     both = [np.concatenate([read(sensors, np.full(MANY, force), 1, seed=seed, trial=seed % 2)[0][0]
                             for seed in range(80)]) for force in (10.0, 20.0)]
     gain = (both[1] - both[0]) / 10.0
@@ -74,9 +74,9 @@ def test_gain_and_offset_belong_to_the_sensors():
 
 
 def test_noise_and_drift():
-    noisy = FingertipForce(**IDEAL | {"noise_sd": 0.03})
+    noisy = ForceSensors(**IDEAL | {"noise_sd": 0.03})
     spread_is(read(noisy, np.full(MANY, 5.0), 100)[0] - 5.0, 0.03)
-    drifting = FingertipForce(**IDEAL | {"drift": 0.02})
+    drifting = ForceSensors(**IDEAL | {"drift": 0.02})
     for period_ms in (10, 40):
         ticks = 4000 // period_ms + 1
         ends = np.concatenate([
@@ -86,7 +86,7 @@ def test_noise_and_drift():
 
 
 def test_digits_and_the_ends_of_the_range():
-    sensors = FingertipForce(**IDEAL | {"resolution": 0.1}, places=("F2m", "palm"), range_n=5.0)
+    sensors = ForceSensors(**IDEAL | {"resolution": 0.1}, places=("F2m", "palm"), range_n=5.0)
 
     def forces(k):
         on_parts = dict.fromkeys(PARTS, 0.0) | {"F2m": 0.26, "palm": 7.0 if k in (2, 3) else 1.0}
@@ -96,7 +96,7 @@ def test_digits_and_the_ends_of_the_range():
     np.testing.assert_allclose(samples[:, 0], 0.3)
     np.testing.assert_allclose(samples[:, 1], [1.0, 1.0, 5.0, 5.0, 1.0, 1.0])
     assert reports == [(2, "saturated", "on palm")]
-    below = FingertipForce(**IDEAL | {"noise_sd": 0.1})
+    below = ForceSensors(**IDEAL | {"noise_sd": 0.1})
     assert read(below, np.zeros(MANY), 10)[0].min() == 0.0
 
 
@@ -105,4 +105,4 @@ def test_digits_and_the_ends_of_the_range():
                                    {"threshold_n": 25.0}])
 def test_parameters_that_cannot_be_are_named(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
-        FingertipForce(**wrong)
+        ForceSensors(**wrong)
