@@ -122,12 +122,12 @@ def test_what_could_not_be_prepared_is_planned_with_its_cause_and_the_rest_as_ev
 
 def test_a_cell_that_its_model_makes_invalid_fails_and_the_others_run(crossed):
     def settings(cell):
-        return ("kp=-1",) if cell.number == 1 else ()
+        return ("blocks.finger.strength=-1",) if cell.number == 1 else ()
 
-    with pytest.raises(InputErrors, match="kp"):
+    with pytest.raises(InputErrors, match="strength"):
         list(plan(crossed, settings))
     usual, found = planned(crossed), list(plan(crossed, settings, checked=True))
     assert [bool(each.cause) for each in found] == [number == 1 for number in range(len(usual))]
-    assert "kp" in found[1].cause
+    assert "strength" in found[1].cause
     assert [each.runs for number, each in enumerate(found) if number != 1] == [
         each.runs for number, each in enumerate(usual) if number != 1]
