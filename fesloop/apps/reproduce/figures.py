@@ -427,11 +427,38 @@ def biceps(found: Reproduction) -> Figure | None:
     return figure
 
 
+def postures(found: Reproduction) -> Figure | None:
+    """Draw torque over posture of the person of median error: measured black, predicted blue with 90 %."""
+    kept = found.curves.get("postures")
+    if not kept:
+        return None
+    rows, joints = kept["by_electrode"], kept["joints"]
+    figure = _figure(3.2 * len(joints), 1.0 + 1.25 * len(rows))
+    panels = figure.subplots(len(rows), len(joints), sharex=True, sharey="col", squeeze=False)
+    for number, (electrode, each) in enumerate(rows.items()):
+        at = np.arange(len(each["codes"]))
+        seen = at % 3 == 0
+        for j, axes in enumerate(panels[number]):
+            ours, half = each["ours_nm"][:, j], 1.645 * each["sd_nm"][:, j]
+            axes.fill_between(at, ours - half, ours + half, color=BLUE, alpha=0.2, linewidth=0.0)
+            axes.plot(at, ours, color=BLUE, linewidth=1.0)
+            axes.plot(at[seen], each["theirs_nm"][seen, j], "o", color="black", markersize=3.5)
+            axes.plot(at[~seen], each["theirs_nm"][~seen, j], "o", color="black", markersize=3.5,
+                      markerfacecolor="white")
+            axes.axhline(0.0, color="0.7", linewidth=0.6, zorder=0)
+            _tidy(axes, y=fill(electrode, 15) if j == 0 else "",
+                  title=joints[j].replace("_", " ") if number == 0 else "")
+            axes.set_xticks(at, each["codes"], rotation=90, fontsize=5)
+    figure.suptitle(f"{kept['person']}: evoked torque, N m, over posture. Full: seen, open: predicted; line, "
+                    "band: prediction, 90 %", fontsize="medium", x=0.01, ha="left")
+    return figure
+
+
 _OF_PAPER: dict[str, dict[str, Any]] = {
     "array_search": {"maps": maps, "progress": progress},
     "grasp_mpc": {"latency": latency},
     "hour": {"hour": hour},
-    "people": {"rats": rats, "biceps": biceps},
+    "people": {"postures": postures, "rats": rats, "biceps": biceps},
     "linear_theory": {"beside_theory": beside_theory},
     "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,

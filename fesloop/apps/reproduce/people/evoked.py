@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,12 +51,15 @@ class Posture:
     errors: by prediction, (cells, 4), N m.
     scale_nm: (4,), standard deviation of a repeat.
     right, sure: (4,), cells with the right sign, of those with a sure one.
+    by_electrode: of each with trials in all postures: codes, measured torque, and the predicted one with the
+        standard deviation of their difference.
     """
 
     errors: dict[str, Array]
     scale_nm: Array
     right: Array
     sure: Array
+    by_electrode: dict[str, dict[str, Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +98,8 @@ def predicted_postures(recording: StimulationRecording, population: ArmPopulatio
     names = sorted(set(recording.steady.posture[recording.steady.stimulated].tolist()))
     known = trials_of(recording, names[::3])
     asked = trials_of(recording, [name for i, name in enumerate(names) if i % 3])
-    scale = trials_of(recording).scale_nm
+    every = trials_of(recording)
+    scale = every.scale_nm
     person = population.person(known)
     errors: dict[str, list[Array]] = {"person": [], "mean": [], "lines": []}
     right, sure = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
@@ -106,7 +111,14 @@ def predicted_postures(recording: StimulationRecording, population: ArmPopulatio
         clear = np.abs(cells.torque_nm) > SURE * scale
         sure += clear.sum(axis=0)
         right += (clear & (np.sign(guess) == np.sign(cells.torque_nm))).sum(axis=0)
-    return Posture({name: np.concatenate(each) for name, each in errors.items()}, scale, right, sure)
+    shown = {}
+    for electrode, cells in every.cells.items():
+        mean, sd = person.torque(electrode, cells.postures.angles)
+        noise = person.scale_nm / np.sqrt(cells.trials[:, np.newaxis])
+        if len(cells.trials) == len(names):
+            shown[electrode] = {"codes": names, "theirs_nm": cells.torque_nm, "ours_nm": mean,
+                                "sd_nm": np.hypot(sd, noise)}
+    return Posture({name: np.concatenate(each) for name, each in errors.items()}, scale, right, sure, shown)
 
 
 def _mean(seen: Cells) -> Array:
@@ -179,7 +191,9 @@ def rows_and_sweeps(folder: Path, random_people: int) -> Part:
                   rows=tuple((name, tuple(
                       float(_ratio([each], kind)[joint]) for joint in range(len(JOINTS)) for kind in kinds))
                       for name, each in zip(trials, postures, strict=True)))
-    return Part(rows, {"postures": sweep})
+    middle = int(np.argsort([_ratio([each], "person").mean() for each in postures])[len(postures) // 2])
+    shown = {"person": list(trials)[middle], "joints": JOINTS, "by_electrode": postures[middle].by_electrode}
+    return Part(rows, {"postures": sweep}, {"postures": shown})
 
 
 def _ratio(people: Sequence[Posture], kind: str) -> Array:
