@@ -102,11 +102,10 @@ def tendon_force(whole: float, length: float, muscle: Coefficients) -> tuple[flo
 @compiled
 def active_state(calcium: float, length: float, muscle: Coefficients) -> tuple[float, float]:
     """Active state, and its slope over fibre length."""
-    if calcium <= 0.0:
-        return 0.0, 0.0
-    odds = (muscle.half * math.exp(-muscle.sensitivity * (length - 1.0)) / calcium) ** 3
-    state = (1.0 + muscle.half**3) / (1.0 + odds)
-    return state, 3.0 * muscle.sensitivity * state * odds / (1.0 + odds)
+    bound = calcium**3
+    threshold = (muscle.half * math.exp(-muscle.sensitivity * (length - 1.0))) ** 3
+    state = (1.0 + muscle.half**3) * bound / (bound + threshold)
+    return state, 3.0 * muscle.sensitivity * state * threshold / (bound + threshold)
 
 
 @compiled

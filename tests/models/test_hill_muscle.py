@@ -12,7 +12,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fesloop.errors import InputError
-from fesloop.models.hill_muscle import HillMuscle, force_length, force_velocity, passive_force
+from fesloop.models.hill_muscle import (
+    HillMuscle,
+    excess,
+    force_length,
+    force_velocity,
+    passive_force,
+    stage_rate,
+)
 
 STEP_S = 1e-3
 MUSCLES = st.builds(
@@ -115,6 +122,32 @@ def test_slopes_are_those_of_the_curves(length, velocity):
         if all(abs(at - kink) > 1e-5 for kink in kinks):
             slope = (curve(at + 1e-6)[0] - curve(at - 1e-6)[0]) / 2e-6
             assert curve(at)[1] == pytest.approx(slope, rel=1e-4, abs=1e-6)
+
+
+STATES = {"muscle": MUSCLES, "start": st.floats(0.4, 1.8), "fibre": st.floats(0.4, 1.8),
+          "calcium": st.floats(0.0, 1.0)}
+
+
+def whole_of(muscle, fibre):
+    return 1e-3 * (muscle.slack_mm + muscle.fibre_mm * fibre)
+
+
+@given(**STATES, guess=st.floats(-1e4, 1e4))
+@settings(max_examples=200)
+def test_a_stage_ends_in_equilibrium_whatever_its_guess(muscle, start, fibre, calcium, guess):
+    step = (start, 0.3 * STEP_S, whole_of(muscle, fibre), calcium, muscle.coefficients)
+    rate = stage_rate(guess, *step)
+    value, slope = excess(rate, *step)
+    assert abs(value) <= 1e-9 * max(1.0, abs(slope * rate))
+
+
+@given(**STATES, rate=st.floats(-100.0, 100.0))
+def test_the_slope_of_a_stage_is_that_of_its_excess(muscle, start, fibre, calcium, rate):
+    """The tolerance covers the kink where passive force begins."""
+    step = (start, 0.3 * STEP_S, whole_of(muscle, fibre), calcium, muscle.coefficients)
+    low, high = excess(rate - 1e-3, *step)[0], excess(rate + 1e-3, *step)[0]
+    slope = excess(rate, *step)[1]
+    assert (high - low) / 2e-3 == pytest.approx(slope, rel=1e-3, abs=1e-4)
 
 
 @given(MUSCLES)
