@@ -38,6 +38,7 @@ def specimens():
     current = {"current_ma": (40.0,) * 4}
     felt = ("palm", "F1d", "F2d", "F3d")
     parameters = {
+        "arm": {},
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
         "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()}, "hand": {"forearm_moves": True},
         "myohand": {"forearm_moves": True},

@@ -4,18 +4,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Self
+from types import MappingProxyType
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.errors import InputError
+from fesloop.given_files import read_whole
 from fesloop.hand.muscle_paths import JOINTS
-from fesloop.models.evoked_torque import Postures, Spreads, Weights, common_shares, features
+from fesloop.models.evoked_torque import (
+    Postures,
+    Spreads,
+    Weights,
+    common_shares,
+    feature_sizes,
+    features,
+)
 
 Array = NDArray[np.float64]
+FORMAT = "fesloop person 1"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -67,6 +78,11 @@ class ArmPeople:
         shares = common_shares(electrode, self.spreads)
         known = self.common.get(electrode) or Weights(np.zeros(len(shares)), np.diag(shares))
         return Weights(known.mean, known.covariance + np.diag(1.0 - shares))
+
+    def stranger(self, rng: np.random.Generator | None = None) -> ArmPerson:
+        """A person who was not seen; repeats scatter as a random person's, or as the mean without `rng`."""
+        scale = np.exp(self.scale_log_mean) if rng is None else self.scales(1, rng)[0]
+        return ArmPerson("", self.spreads, scale, {name: self.newcomer(name) for name in self.common}, ())
 
     def scales(self, number: int, rng: np.random.Generator) -> Array:
         """Random standard deviations of a repeat (number, 4), N m, of people who were not seen.
@@ -122,6 +138,75 @@ class ArmPerson:
         mean, covariance = self.weights[electrode]
         drawn = rng.multivariate_normal(mean, covariance, number, method="cholesky")
         return np.asarray(np.einsum("njk,dk->dnj", rows, drawn))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredWeights:
+    """Distribution of one electrode's weights, as a file has it.
+
+    Attributes
+    ----------
+    mean: (k,). lower: rows of the lower Cholesky factor of the covariance, one after the other.
+    """
+
+    mean: tuple[float, ...]
+    lower: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.lower) != len(self.mean) * (len(self.mean) + 1) // 2:
+            raise InputError("lower", f"{len(self.lower)} numbers",
+                             f"{len(self.mean) * (len(self.mean) + 1) // 2}, with {len(self.mean)} of mean")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredArm:
+    """A person's file, as experiments read it.
+
+    Attributes
+    ----------
+    person: name. spreads: of the population. scale_nm: standard deviation of a repeat, by joint.
+    tried: electrodes of the person's own trials. weights: by electrode.
+    """
+
+    FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({})
+    OFFERED_BY: ClassVar[str] = ""
+
+    @staticmethod
+    def file_tables(path: Path) -> dict[str, Any]:
+        """Read the parameters' tables from a file, unchecked. Raises InputError for another kind of file."""
+        allowed = f"JSON of the format {FORMAT!r}"
+        try:
+            document = json.loads(read_whole(path, allowed))
+            if document.pop("format") != FORMAT:
+                raise ValueError
+        except (ValueError, AttributeError, KeyError, TypeError, RecursionError):
+            raise InputError(str(path), "is not a person's file", allowed,
+                             "write one by `fesloop identify --stimulation`") from None
+        return dict(document)
+
+    person: str = ""
+    spreads: Spreads | None = None
+    scale_nm: tuple[float, ...] = ()
+    tried: tuple[str, ...] = ()
+    weights: dict[str, StoredWeights] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.weights:
+            return
+        if self.spreads is None or len(self.scale_nm) != len(JOINTS):
+            raise InputError("person", "has weights without spreads or scale_nm",
+                             f"spreads, and scale_nm of {', '.join(JOINTS)}")
+        for name, each in self.weights.items():
+            count = sum(feature_sizes(name, "person.weights"))
+            if len(each.mean) != count:
+                raise InputError(f"person.weights.{name}", f"{len(each.mean)} numbers", f"{count}")
+
+    def as_person(self) -> ArmPerson | None:
+        """The person; None for an empty table."""
+        return ArmPerson.from_document(asdict(self)) if self.weights else None
+
+
+NOBODY = StoredArm()
 
 
 def _short(values: Any) -> Any:

@@ -78,6 +78,10 @@ class Weights(NamedTuple):
     mean: Array
     covariance: Array
 
+    def drawn(self, rng: np.random.Generator) -> Array:
+        """Random weights (k,)."""
+        return rng.multivariate_normal(self.mean, self.covariance, method="cholesky")
+
     def given(self, rows: Array, seen: Array, variance: Array) -> Weights:
         """Posterior after `seen` (n,): `rows` (n, k) times the weights, and noise of `variance` (n,)."""
         if not len(rows):

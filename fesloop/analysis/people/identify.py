@@ -12,11 +12,10 @@ from scipy.stats import norm
 from fesloop.analysis.people.population import ArmPopulation, trials_of
 from fesloop.errors import InputError
 from fesloop.hand.muscle_paths import JOINTS
-from fesloop.models.arm_people import ArmPerson
+from fesloop.models.arm_people import FORMAT, ArmPerson, StoredArm
 from fesloop.models.evoked_torque import REFERENCE_RAD
 from fesloop.streams.stimulation import open_stimulation
 
-FORMAT = "fesloop person 1"
 WITHIN = 0.9
 """Probability of the intervals in a report."""
 FEW_POSTURES = 4
@@ -66,12 +65,7 @@ def save(person: ArmPerson, path: Path) -> None:
 def load_person(path: str | Path) -> ArmPerson:
     """Read a person's file. Raises InputError for another file."""
     try:
-        document = json.loads(Path(path).read_text("utf-8"))
-        if document.get("format") != FORMAT:
-            raise ValueError
-        return ArmPerson.from_document(document)
-    except OSError as fault:
-        raise InputError(str(path), f"cannot be read: {fault.strerror}", "a person's file") from None
+        return ArmPerson.from_document(StoredArm.file_tables(Path(path)))
     except (ValueError, AttributeError, KeyError, TypeError):
         raise InputError(str(path), "is not a person's file", f"JSON of the format {FORMAT!r}",
                          "write one by `fesloop identify --stimulation`") from None
