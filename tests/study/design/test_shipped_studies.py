@@ -1,19 +1,24 @@
 """Shipped studies: every level of every axis, in every form, makes an experiment. About 25 s."""
 
+import json
 import shlex
+import zlib
 
 import pytest
 
 import fesloop
 from fesloop.analysis.study.design.cells import cells_of
+from fesloop.analysis.study.design.plan import NotPrepared
 from fesloop.analysis.study.design.shipped_studies import described_studies
 from fesloop.analysis.study.design.study import KeptMetric
 from fesloop.analysis.study.design.study_file import read_study
+from fesloop.analysis.study.engine.preparing import Preparations
 from fesloop.apps.cli.parser import make_parser
 
 FORMS = [(name, form) for name, forms in described_studies().items() for form in forms]
 WANTED = ["cohort_ilc", "dropout_map", "error_map", "grasp_latency_map", "latency_map", "persons",
-          "required_accuracy", "required_latency", "search_accuracy", "search_map", "tracker_map"]
+          "required_accuracy", "required_accuracy_aperture", "required_latency", "search_accuracy",
+          "search_map", "tracker_map"]
 
 
 def told_once(cells):
@@ -53,6 +58,20 @@ def test_the_full_form_says_what_it_costs_and_is_larger(name):
     assert full.cost.startswith(f"{full.runs} runs")
     assert full.runs > 5 * small.runs
     assert set(small.axes) <= set(full.axes)
+
+
+def test_each_grasp_has_a_model_from_its_own_posture():
+    study = read_study("required_accuracy")
+    cells = {cell.experiment: cell for cell in cells_of(study) if cell.levels["member"] == 0}
+    assert set(cells) == {"grasp_mpc", "pinch_mpc", "key_mpc"}
+    preparations = Preparations(study)
+    ids = {name: dict(preparations.ids(cell))["model"] for name, cell in cells.items()}
+    documents = {name: json.loads(zlib.decompress(preparations.needed[id][1])) for name, id in ids.items()}
+    assert {name: document["experiment"]["name"] for name, document in documents.items()} == {
+        "grasp_mpc": "identify_grasp", "pinch_mpc": "identify_grasp", "key_mpc": "identify_key"}
+    assert ids["grasp_mpc"] == ids["pinch_mpc"]
+    with pytest.raises(NotPrepared, match=r"^identify_key: nothing moved"):
+        preparations.settings(cells["key_mpc"], {}, {ids["key_mpc"]: "nothing moved"})
 
 
 @pytest.mark.parametrize("name", ["latency_map", "error_map", "dropout_map"])

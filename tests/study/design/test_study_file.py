@@ -107,6 +107,9 @@ SPAN = {"start": 0, "stop": 1}
     (changed(prepare={"model": {"experiment": "identify_grasp", "axes": ["member"]}}),
      r"prepare\.model\.axes: there is no axis 'member'"),
     (changed(prepare={"model": {"experimen": "identify_grasp"}}), r"prepare\.model\.experimen"),
+    (changed(prepare={"model": {"experiment": "identify_grasp",
+                                "experiments": {"grasp_mcp": "identify_key"}}}),
+     r"prepare\.model\.experiments: no run is of 'grasp_mcp'; allowed: finger_pid_latency"),
     (changed(forms={"full": 3}), "forms: is not a table of tables"),
     (changed(forms={"../a": {}}), r"forms\.\.\./a: is not a name"),
     (changed(axes=[1]), r"axes: \[1\] is a list")])

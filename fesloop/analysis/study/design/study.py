@@ -150,12 +150,14 @@ class Preparation:
     Attributes
     ----------
     experiment: excites the patient, such as identify_grasp.
+    experiments: others in its place, by the experiment of the runs that need the model.
     settings: of this experiment, as for `fesloop run --set`.
     axes: axes whose settings apply to it: those that select patients.
     meanwhile: settings that stand in for the model while the study is checked.
     """
 
     experiment: str
+    experiments: Mapping[str, str] = field(default_factory=dict)
     settings: tuple[str, ...] = ()
     axes: tuple[str, ...] = ()
     meanwhile: tuple[str, ...] = ()
@@ -233,6 +235,11 @@ class Study:
             faults += [InputError(f"prepare.{key}.axes", f"there is no axis {axis!r}",
                                   ", ".join(self.axes) or "none")
                        for axis in preparation.axes if axis not in self.axes]
+            runs = [self.about.experiment, *(option.experiment for axis in self.axes.values()
+                                             for option in axis.options.values() if option.experiment)]
+            faults += [InputError(f"prepare.{key}.experiments", f"no run is of {name!r}", ", ".join(runs),
+                                  did_you_mean(name, runs))
+                       for name in preparation.experiments if name not in runs]
         return faults
 
     def _faults_of_metrics(self) -> list[InputError]:
@@ -269,6 +276,11 @@ class Study:
     def metrics(self) -> tuple[KeptMetric, ...]:
         """Kept metrics of each run."""
         return tuple(KeptMetric.parse(name, path) for name, path in self.about.metrics.items())
+
+    def prepared_by(self, preparation: Preparation, experiment: str) -> str:
+        """Name or path of the experiment that prepares the runs of one."""
+        others = {self.experiment(run): other for run, other in preparation.experiments.items()}
+        return self.experiment(others.get(experiment, preparation.experiment))
 
     def experiment(self, name: str) -> str:
         """Name of a shipped experiment, or path of a file relative to the working directory."""

@@ -66,29 +66,31 @@ class Preparations:
 
     def _need(self, resolver: Resolver, key: str, preparation: Preparation, cell: Cell) -> None:
         settings = _settings(preparation, cell)
-        if (key, preparation.experiment, settings) in self._ids:
+        name = self._study.prepared_by(preparation, cell.experiment)
+        if (key, name, settings) in self._ids:
             return
         try:
-            experiment = resolver.experiment(self._study.experiment(preparation.experiment), settings,
-                                             self._study.about.seed)
+            experiment = resolver.experiment(name, settings, self._study.about.seed)
         except InputError as fault:
             raise InputErrors([_in_study(each, f"{self._study.name}: prepare.{key}", cell)
                                for each in getattr(fault, "faults", [fault])]) from None
         id = experiment.fingerprint()
-        self._ids[key, preparation.experiment, settings] = id
+        self._ids[key, name, settings] = id
         self.needed[id] = key, zlib.compress(experiment.as_json().encode())
 
     def ids(self, cell: Cell) -> Iterator[tuple[str, str]]:
         """Key and id of each preparation that a cell needs."""
         for key, preparation in self._study.prepare.items():
-            yield key, self._ids[key, preparation.experiment, _settings(preparation, cell)]
+            name = self._study.prepared_by(preparation, cell.experiment)
+            yield key, self._ids[key, name, _settings(preparation, cell)]
 
     def settings(self, cell: Cell, files: Mapping[str, Path], causes: Mapping[str, str]) -> tuple[str, ...]:
         """Settings of a cell that name its prepared files. Raises NotPrepared where a preparation failed."""
         settings = []
         for key, id in self.ids(cell):
             if id in causes:
-                raise NotPrepared(f"{self._study.prepare[key].experiment}: {causes[id]}")
+                name = self._study.prepared_by(self._study.prepare[key], cell.experiment)
+                raise NotPrepared(f"{name}: {causes[id]}")
             settings.append(f"{key}={toml_value(str(files[id]))}")
         return tuple(settings)
 
