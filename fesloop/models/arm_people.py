@@ -175,8 +175,9 @@ class StoredArm:
     def file_tables(path: Path) -> dict[str, Any]:
         """Read the parameters' tables from a file, unchecked. Raises InputError for another kind of file."""
         allowed = f"JSON of the format {FORMAT!r}"
+        content = read_whole(path, allowed)
         try:
-            document = json.loads(read_whole(path, allowed))
+            document = json.loads(content)
             if document.pop("format") != FORMAT:
                 raise ValueError
         except (ValueError, AttributeError, KeyError, TypeError, RecursionError):

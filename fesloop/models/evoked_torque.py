@@ -17,7 +17,7 @@ each variance is common to all people, so that a population tells where a person
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import NamedTuple
 
@@ -70,6 +70,15 @@ class Spreads:
     common_constants: float
     common_slopes: float
     coupling: float
+
+
+def scaled(spreads: Spreads, gain: float) -> Spreads:
+    """Spreads of weights that are all `gain` times as large."""
+    def times(values: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(gain * value for value in values)
+
+    return replace(spreads, muscles=gain * spreads.muscles, constants=times(spreads.constants),
+                   slopes=times(spreads.slopes), curvatures=times(spreads.curvatures))
 
 
 class Weights(NamedTuple):

@@ -3,27 +3,41 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import norm
 
-from fesloop.analysis.people.population import ArmPopulation, trials_of
+from fesloop.analysis.people.population import ArmPopulation, Trials, trials_of
 from fesloop.errors import InputError
 from fesloop.hand.muscle_paths import JOINTS
 from fesloop.models.arm_people import FORMAT, ArmPerson, StoredArm
 from fesloop.models.evoked_torque import REFERENCE_RAD
 from fesloop.streams.stimulation import open_stimulation
 
+Array = NDArray[np.float64]
 WITHIN = 0.9
 """Probability of the intervals in a report."""
+SURE, MISFIT = 2.0, 2.0
+"""Standard deviations beyond which a sign is sure; standard errors of a cell beyond which a fit is poor
+(chosen; of the five people's 24 postures it is 1.0 to 1.1)."""
 FEW_POSTURES = 4
 """Fewer postures than these leave most of what changes with posture to the population (chosen)."""
 
 
-def identify_person(recording: str | Path) -> tuple[ArmPerson, list[str]]:
-    """A person from the steady trials of a recording, and what these do not say, in words.
+class Identified(NamedTuple):
+    """A person, what their recording does not say or contradicts, in words, and joints that it lacks."""
+
+    person: ArmPerson
+    doubts: list[str]
+    missing: list[str]
+
+
+def identify_person(recording: str | Path) -> Identified:
+    """Fit a person to the steady trials of a recording.
 
     Raises InputError for a recording without steady trials, or of other joints and electrodes.
     """
@@ -41,11 +55,39 @@ def identify_person(recording: str | Path) -> tuple[ArmPerson, list[str]]:
                        "population's")
     if not trials.free:
         lacking.append("no posture was repeated: the scatter of a repeat is the population's")
-    return population.person(trials), lacking
+    person = population.person(trials)
+    return Identified(person, [*_contradictions(trials, population, person), *lacking], missing)
 
 
-def summary_of(person: ArmPerson) -> dict[str, Any]:
-    """Torque of each electrode in the reference posture: mean and interval, N m, by joint."""
+def _contradictions(trials: Trials, population: ArmPopulation, person: ArmPerson) -> Iterator[str]:
+    """What a recording shows that no person of the population does, or that the model does not describe."""
+    off: list[Array] = []
+    for electrode, cells in trials.cells.items():
+        angles = cells.postures.angles
+        mean, sd = ArmPerson("", person.spreads, person.scale_nm, {electrode: population.newcomer(electrode)},
+                             ()).torque(electrode, angles)
+        usual, spread = mean.mean(axis=0)[trials.joints], sd.mean(axis=0)[trials.joints]
+        seen = cells.torque_nm.mean(axis=0)
+        error = person.scale_nm[trials.joints] / np.sqrt(cells.trials.sum())
+        for j in np.flatnonzero((np.abs(usual) > SURE * spread) & (seen * usual < 0.0)
+                                & (np.abs(seen) > SURE * error)):
+            joint = JOINTS[trials.joints[j]]
+            yield (f"{electrode}: {joint} of {seen[j]:+.2g} N m, where all people have the other sign: check "
+                   "the signs of torque, and whether it is the device's or the muscle's")
+        expected = person.torque(electrode, angles)[0][:, trials.joints]
+        off.append(((cells.torque_nm - expected) / (person.scale_nm[trials.joints]
+                                                    / np.sqrt(cells.trials[:, np.newaxis]))).ravel())
+    misfit = float(np.sqrt(np.mean(np.concatenate(off)**2)))
+    if misfit > MISFIT:
+        yield (f"the model misses the recorded torque by {misfit:.1f} standard errors: read the intervals "
+               "with care, and check postures, signs and outliers of the recording")
+
+
+def summary_of(person: ArmPerson, missing: Collection[str] = ()) -> dict[str, Any]:
+    """Torque of each electrode in the reference posture: mean and interval, N m, by joint.
+
+    `missing`: joints that the recording lacks.
+    """
     times = float(norm.ppf(0.5 + 0.5 * WITHIN))
     rows = []
     for electrode in person.weights:
@@ -53,7 +95,8 @@ def summary_of(person: ArmPerson) -> dict[str, Any]:
         rows.append({"electrode": electrode, "recorded": electrode in person.tried,
                      **{joint: {"nm": float(mean[j]), "low": float(mean[j] - times * sd[j]),
                                 "high": float(mean[j] + times * sd[j])} for j, joint in enumerate(JOINTS)}})
-    return {"person": person.name, "posture_deg": np.rad2deg(REFERENCE_RAD).tolist(), "within": WITHIN,
+    return {"person": person.name, "missing": list(missing), "within": WITHIN,
+            "posture_deg": dict(zip(JOINTS, np.rad2deg(REFERENCE_RAD).tolist(), strict=True)),
             "repeat_sd_nm": dict(zip(JOINTS, person.scale_nm.tolist(), strict=True)), "electrodes": rows}
 
 
@@ -64,8 +107,9 @@ def save(person: ArmPerson, path: Path) -> None:
 
 def load_person(path: str | Path) -> ArmPerson:
     """Read a person's file. Raises InputError for another file."""
+    document = StoredArm.file_tables(Path(path))
     try:
-        return ArmPerson.from_document(StoredArm.file_tables(Path(path)))
+        return ArmPerson.from_document(document)
     except (ValueError, AttributeError, KeyError, TypeError):
         raise InputError(str(path), "is not a person's file", f"JSON of the format {FORMAT!r}",
                          "write one by `fesloop identify --stimulation`") from None

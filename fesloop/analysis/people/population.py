@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 from scipy.special import expit, logit
 
 from fesloop.errors import InputError
@@ -26,6 +26,7 @@ from fesloop.models.evoked_torque import (
     features,
     log_density,
     muscles_under,
+    scaled,
 )
 from fesloop.streams.stimulation import StimulationRecording
 
@@ -35,6 +36,8 @@ NEUTRAL_RAD = np.deg2rad([90.0, 0.0, 0.0, 0.0])
 _START = Spreads(muscles=1.0, constants=(0.3,) * 4, slopes=(0.3,) * 4, curvatures=(0.3,) * 4,
                  common_muscles=0.5, common_constants=0.5, common_slopes=0.5, coupling=0.1)
 """Centre of the prior of the spreads' logarithms (shares: logits), whose standard deviation is 1 (chosen)."""
+GAIN_LOG_SD, GAIN_LOGS = 0.3, (-2.5, 3.5)
+"""Spread between people of the logarithm of a gain, and its bounds (chosen; of the five it is .14)."""
 _LEAST_SCALE_NM = 1e-3
 _ITERATIONS = 15
 
@@ -137,16 +140,33 @@ class ArmPopulation(ArmPeople):
                    scale_log_sd_joint=float(np.sqrt((left**2).sum() / free)))
 
     def person(self, trials: Trials) -> ArmPerson:
-        """Posterior of a person after their own trials."""
+        """Posterior of a person after their own trials.
+
+        How much torque a person's stimulation evokes for the scatter of its repeats, over what is usual, is
+        the gain of greatest posterior density.
+        """
         scale = self._scale(trials)
+        spreads = scaled(self.spreads, self._gain(trials, scale))
         weights = {}
         for electrode in sorted({*self.common, *trials.cells}):
             prior = self.newcomer(electrode)
             if electrode in trials.cells:
-                rows, seen, variance = _stacked(electrode, trials, scale, self.spreads)
+                rows, seen, variance = _stacked(electrode, trials, scale, spreads)
                 prior = prior.given(rows, seen, variance)
             weights[electrode] = prior
-        return ArmPerson(trials.person, self.spreads, scale, weights, tuple(trials.cells))
+        return ArmPerson(trials.person, spreads, scale, weights, tuple(trials.cells))
+
+    def _gain(self, trials: Trials, scale: Array) -> float:
+        """Factor on a person's spreads, around 1."""
+        stacked = [(self.newcomer(name), *_stacked(name, trials, scale, self.spreads))
+                   for name in trials.cells]
+
+        def cost(log: float) -> float:
+            return 0.5 * (log / GAIN_LOG_SD)**2 - sum(
+                log_density(np.exp(log) * rows, seen, prior, variance)
+                for prior, rows, seen, variance in stacked)
+
+        return float(np.exp(minimize_scalar(cost, bounds=GAIN_LOGS, method="bounded").x))
 
     def _scale(self, trials: Trials) -> Array:
         """Standard deviation of a repeat (4,): the person's, the population's as far as repeats are few."""

@@ -23,11 +23,11 @@ def _identify_person(args: Namespace) -> int:
 
     out = args.out or "person.json"
     path = free_target(out, f"--out {out}")
-    person, lacking = identify.identify_person(args.recording)
+    person, doubts, missing = identify.identify_person(args.recording)
     identify.save(person, path)
-    for each in lacking:
+    for each in doubts:
         print(f"fesloop: {args.recording}: {each}", file=sys.stderr)
-    print_made("person", path, {**identify.summary_of(person), "lacking": lacking}, _print_person,
+    print_made("person", path, {**identify.summary_of(person, missing), "doubts": doubts}, _print_person,
                as_json=args.json)
     return 0
 
@@ -37,11 +37,14 @@ def _print_person(summary: dict[str, Any]) -> None:
     rows = [[row["electrode"] + ("" if row["recorded"] else " *"),
              *(f"{row[joint]['nm']:+.3f} ({row[joint]['low']:+.3f} to {row[joint]['high']:+.3f})"
                for joint in joints)] for row in summary["electrodes"]]
-    posture = ", ".join(f"{angle:g}" for angle in summary["posture_deg"])
-    print_table(f"{summary['person']}: evoked torque, N m, at {posture} deg, "
-                f"{100 * summary['within']:.0f} % interval", ["electrode", *joints], rows, sys.stderr)
-    if not all(row["recorded"] for row in summary["electrodes"]):
-        print("* not recorded: of the population", file=sys.stderr)
+    posture = ", ".join(f"{joint.replace('_', ' ')} {angle:g}"
+                        for joint, angle in summary["posture_deg"].items())
+    print_table(f"{summary['person']}: evoked torque, N m, at {posture} deg (elbow straight: 0), "
+                f"{100 * summary['within']:.0f} % interval",
+                ["electrode", *(joint + " *" * (joint in summary["missing"]) for joint in joints)], rows,
+                sys.stderr)
+    if summary["missing"] or not all(row["recorded"] for row in summary["electrodes"]):
+        print("* not recorded: of the population, as far as the other joints do not say", file=sys.stderr)
 
 
 def _identify_model(args: Namespace) -> int:

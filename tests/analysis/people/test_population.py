@@ -190,12 +190,36 @@ def test_identifies_a_person_from_a_file(world, tmp_path, monkeypatch, capsys):
     assert "triceps was not stimulated: the interval is the population's" in err
     person = load_person("person.json")
     at = ZERO_RAD + np.deg2rad(GRID_DEG)
-    expected, _ = identify_person("she.h5")
+    expected = identify_person("she.h5").person
     for name in person.weights:
         for ours, theirs in zip(person.torque(name, at), expected.torque(name, at), strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-5)
     assert main(["identify", "--stimulation", "she.h5"]) == 2
     assert "--out person.json: exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("times", [0.4, 1.0, 4.0])
+def test_a_person_whose_torque_is_unusual_for_its_scatter_is_believed(world, times):
+    """Spreads of people are in units of a repeat's scatter, which does not grow here."""
+    truth, _, population = world
+    torque, scale = truth[6]
+    louder = {name: times * values for name, values in torque.items()}
+    me = population.person(trials_of(recording(louder, scale, np.random.default_rng(1),
+                                               postures=range(0, 24, 3))))
+    off = []
+    for name in UNDER_ELECTRODES:
+        mean, sd = me.torque(name, ZERO_RAD + np.deg2rad(GRID_DEG))
+        off.append(((louder[name] - mean) / sd).ravel())
+    assert 0.8 < np.mean(np.abs(np.concatenate(off)) < 1.645) < 0.98
+
+
+def test_a_recording_with_the_other_sign_is_named(world, tmp_path, recordings):
+    person = open_stimulation(recordings / "fes_exo" / "S9007.npz")
+    write_stimulation(person, tmp_path / "right.h5")
+    write_stimulation(replace(person, steady=replace(
+        person.steady, device_torque_nm=-person.steady.device_torque_nm)), tmp_path / "wrong.h5")
+    assert not any("sign" in each for each in identify_person(tmp_path / "right.h5").doubts)
+    assert any("biceps: elbow_flexion of -" in each for each in identify_person(tmp_path / "wrong.h5").doubts)
 
 
 @pytest.mark.parametrize("content", ["", "{}", "[1]", '{"format": "fesloop person 1"}', "\x00"])
