@@ -29,8 +29,8 @@ PLAYED = "RECORDING"
 _OF_PLAYED = ("layout", "sensor_set", "pairs", "twin", "trial", "command", "posture", "signal")
 """Settings, aliases or last parts of keys, that reading the played recording may need."""
 _FITS_ERROR = "fesloop fit-error "
-_PATIENT = ("patient", "plant")
-"""Settings that choose the patient whose model is identified."""
+_PATIENT = ("patient", "cohort", "member", "day", "error_scale", "plant", "follow")
+"""Settings that choose the patient whose model is identified, and what it predicts."""
 _TAKES_MODEL = "--set model="
 
 
