@@ -3,13 +3,13 @@
 Recruitment of the muscles under an electrode is the normal distribution function of (ln I - ln threshold) /
 spread, I the effective current: current over 1 + chronaxie / pulse width. Activation follows it after a delay
 as a critically damped second order. A population holds estimates of single people, so that one of them can be
-left out, and pools them by a model of two variances: between people, and within.
+left out, and pools them by a model of three variances: between people, among muscles, and what is left.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 Array = NDArray[np.float64]
 CHAIN_S = 0.0475
@@ -30,8 +30,8 @@ CHRONAXIE_US = {"biceps": 97.0, "pronator teres": 157.0, "extensor carpi radiali
 OTHER_CHRONAXIE_US = 122.0
 """Of other muscles (chosen: the geometric mean of these)."""
 _PRIOR_SD = 0.5
-"""Of both standard deviations of a pool, half-normal (chosen; delays in units of `_DELAY_UNIT_S`)."""
-_DELAY_UNIT_S = 0.05
+"""Of both standard deviations of a pool, half-normal (chosen; delays in units of `DELAY_UNIT_S`)."""
+DELAY_UNIT_S = 0.05
 _LEAST_DELAY_S, _LEAST_SPREAD = 0.005, 0.03
 """Least values of random people (chosen)."""
 
@@ -95,16 +95,30 @@ class Pool(NamedTuple):
 
     Attributes
     ----------
-    mean: of all. between: sd between people. within: sd between muscles of a person.
+    mean: of all. between: sd between people. among: sd among muscles. within: sd of what is left.
+    muscles: by name, what the muscle adds to the mean, and its sd.
     """
 
     mean: float
     between: float
+    among: float
     within: float
+    muscles: Mapping[str, tuple[float, float]]
 
-    def drawn(self, muscles: int, rng: np.random.Generator) -> Array:
+    def of(self, electrode: str) -> tuple[float, float]:
+        """Mean of a muscle over people, and sd of what is not known of it."""
+        added, sd = self.muscles.get(electrode, (0.0, self.among))
+        return self.mean + added, sd
+
+    def drawn(self, electrodes: Sequence[str], rng: np.random.Generator) -> Array:
         """The number in each muscle (muscles,) of a random person."""
-        return np.asarray(self.mean + self.between * rng.normal() + self.within * rng.normal(size=muscles))
+        known = np.array([self.of(name) for name in electrodes])
+        scatter = np.hypot(self.within, known[:, 1]) * rng.normal(size=len(electrodes))
+        return np.asarray(known[:, 0] + self.between * rng.normal() + scatter)
+
+    def middle(self, electrodes: Sequence[str]) -> Array:
+        """The number in each muscle (muscles,) of a person in the middle."""
+        return np.array([self.of(name)[0] for name in electrodes])
 
 
 class ArmResponse(NamedTuple):
@@ -113,7 +127,7 @@ class ArmResponse(NamedTuple):
     Attributes
     ----------
     electrodes: names (e,).
-    delay_s, frequency_rad_s: of all muscles.
+    delay_s, frequency_rad_s: of all muscles, the mean (of logarithms) of theirs.
     threshold_ma, spread, chronaxie_s: (e,), of recruitment.
     highest: (e,), share that the highest usable pulse width recruits; torques of a person are those at it.
     lowest: (e,), share that the lowest recruits.
@@ -128,6 +142,12 @@ class ArmResponse(NamedTuple):
     highest: Array
     lowest: Array
 
+    def pulse_width_s(self, shares: Array, current_a: float | Array) -> Array:
+        """Pulse widths (e,) that recruit `shares` (e,) at a current; infinite where none does."""
+        effective = 1e-3 * self.threshold_ma * np.exp(self.spread * ndtri(shares))
+        room = np.asarray(current_a - effective)
+        return np.where(room > 0.0, self.chronaxie_s * effective / np.where(room > 0.0, room, 1.0), np.inf)
+
 
 class ArmResponses:
     """A population of responses.
@@ -141,17 +161,19 @@ class ArmResponses:
         self.estimates, self.widths = tuple(estimates), tuple(widths)
         people = [each.response.person for each in estimates]
         sd = np.array([each.sd for each in estimates])
-        rows = np.array([[each.response.delay_s / _DELAY_UNIT_S, np.log(each.response.frequency_rad_s),
+        rows = np.array([[each.response.delay_s / DELAY_UNIT_S, np.log(each.response.frequency_rad_s),
                           each.response.highest, np.log(each.response.spread)] for each in estimates])
-        sd[:, 0] /= _DELAY_UNIT_S
+        sd[:, 0] /= DELAY_UNIT_S
+        muscles = [each.response.electrode for each in estimates]
         self.delay, self.log_frequency, self.highest, self.log_spread = (
-            pooled(rows[:, k], sd[:, k], people) for k in range(4))
+            pooled(rows[:, k], sd[:, k], people, muscles) for k in range(4))
         known = sorted({each.electrode for each in widths})
         logs = np.array([each.log_highest for each in widths])
         self.log_highest = {name: float(np.mean([each.log_highest for each in widths
                                                  if each.electrode == name])) for name in known}
         left = logs - np.array([self.log_highest[each.electrode] for each in widths])
-        self.widths_pool = pooled(left, np.zeros(len(left)), [each.person for each in widths])
+        self.widths_pool = pooled(left, np.zeros(len(left)), [each.person for each in widths],
+                                  [each.electrode for each in widths])
         self.log_range = float(np.mean([each.log_range for each in widths]))
 
     @classmethod
@@ -181,53 +203,65 @@ class ArmResponses:
 
     def middle(self, electrodes: Sequence[str]) -> ArmResponse:
         """A person in the middle of the population."""
-        count = len(electrodes)
-        return self._of(electrodes, self.delay.mean, self.log_frequency.mean,
-                        np.full(count, self.highest.mean), np.full(count, self.log_spread.mean),
-                        np.full(count, self.widths_pool.mean))
+        return self._of(electrodes, *(pool.middle(electrodes) for pool in self._pools))
 
     def drawn(self, electrodes: Sequence[str], rng: np.random.Generator) -> ArmResponse:
         """A random person."""
-        count = len(electrodes)
-        delay, frequency = (float(np.mean(pool.drawn(count, rng)))
-                            for pool in (self.delay, self.log_frequency))
-        return self._of(electrodes, delay, frequency, self.highest.drawn(count, rng),
-                        self.log_spread.drawn(count, rng), self.widths_pool.drawn(count, rng))
+        return self._of(electrodes, *(pool.drawn(electrodes, rng) for pool in self._pools))
 
-    def _of(self, electrodes: Sequence[str], delay: float, log_frequency: float, highest: Array,
+    @property
+    def _pools(self) -> tuple[Pool, ...]:
+        return self.delay, self.log_frequency, self.highest, self.log_spread, self.widths_pool
+
+    def _of(self, electrodes: Sequence[str], delay: Array, log_frequency: Array, highest: Array,
             log_spread: Array, widths: Array) -> ArmResponse:
         spread = np.maximum(np.exp(log_spread), _LEAST_SPREAD)
         overall = float(np.mean(list(self.log_highest.values())))
         logs = widths + [self.log_highest.get(name, overall) for name in electrodes]
         return ArmResponse(
-            tuple(electrodes), max(delay * _DELAY_UNIT_S, _LEAST_DELAY_S), float(np.exp(log_frequency)),
+            tuple(electrodes), max(float(delay.mean()) * DELAY_UNIT_S, _LEAST_DELAY_S),
+            float(np.exp(log_frequency.mean())),
             np.exp(logs - spread * highest), spread, np.array([chronaxie_s(name) for name in electrodes]),
             np.asarray(ndtr(highest)), np.asarray(ndtr(highest - self.log_range / spread)))
 
 
-def pooled(values: Array, sds: Array, people: Sequence[str]) -> Pool:
-    """Mean and standard deviations, between and within people, of estimates (n,) with errors `sds` (n,).
+def pooled(values: Array, sds: Array, people: Sequence[str], muscles: Sequence[str]) -> Pool:
+    """Mean and standard deviations of estimates (n,) with errors `sds` (n,), each of a person's muscle.
 
     Standard deviations have the greatest posterior density: restricted likelihood times half-normal priors
-    of scale `_PRIOR_SD`; the mean is that of generalised least squares.
+    of scale `_PRIOR_SD`; the mean is that of generalised least squares, what muscles add the best linear
+    prediction.
     """
-    same = np.equal.outer(np.array(people), np.array(people)).astype(float)
+    person, muscle = (np.equal.outer(np.array(names), np.array(names)).astype(float)
+                      for names in (people, muscles))
 
-    def solved(logs: Array) -> tuple[float, float]:
-        between, within = np.exp(2.0 * logs)
-        total = between * same + np.diag(within + sds**2)
-        ones = np.linalg.solve(total, np.ones(len(values)))
-        mean = float(ones @ values / ones.sum())
-        left = values - mean
-        cost = 0.5 * (np.linalg.slogdet(total)[1] + np.log(ones.sum()) + left @ np.linalg.solve(total, left))
-        return mean, float(cost + 0.5 * (between + within) / _PRIOR_SD**2)
+    def total_of(variances: Array) -> Array:
+        between, among, within = variances
+        return np.asarray(between * person + among * muscle + np.diag(within + sds**2))
+
+    def mean_of(total: Array) -> tuple[float, float]:
+        weights = np.linalg.solve(total, np.ones(len(values)))
+        return float(weights @ values / weights.sum()), float(weights.sum())
 
     def cost(logs: Array) -> float:
-        return solved(logs)[1]
+        variances = np.exp(2.0 * logs)
+        total = total_of(variances)
+        mean, weight = mean_of(total)
+        left = values - mean
+        fit = np.linalg.slogdet(total)[1] + np.log(weight) + left @ np.linalg.solve(total, left)
+        return float(0.5 * fit + 0.5 * variances.sum() / _PRIOR_SD**2)
 
-    found = minimize(cost, np.log([0.2, 0.2]), method="Nelder-Mead", bounds=[(-5.0, 2.0)] * 2)
-    between, within = np.exp(found.x)
-    return Pool(solved(found.x)[0], float(between), float(within))
+    found = minimize(cost, np.log([0.2, 0.2, 0.2]), method="Nelder-Mead", bounds=[(-5.0, 2.0)] * 3)
+    variances = np.exp(2.0 * found.x)
+    total = total_of(variances)
+    mean, _ = mean_of(total)
+    added = {}
+    for name in sorted(set(muscles)):
+        own = variances[1] * np.equal(np.array(muscles), name)
+        solved = np.linalg.solve(total, np.column_stack([own, values - mean]))
+        added[name] = (float(own @ solved[:, 1]), float(np.sqrt(max(variances[1] - own @ solved[:, 0], 0.0))))
+    between, among, within = np.sqrt(variances)
+    return Pool(mean, float(between), float(among), float(within), added)
 
 
 def _short(values: Sequence[float]) -> list[float]:

@@ -16,27 +16,35 @@ def test_a_pool_finds_the_spreads_of_made_up_people():
     names = np.repeat([f"p{k}" for k in range(60)], 6)
     sds = rng.uniform(0.1, 0.4, names.size)
     values = 2.0 + np.repeat(rng.normal(0.0, 0.3, 60), 6) + rng.normal(0.0, np.hypot(0.2, sds))
-    found = pooled(values, sds, names.tolist())
+    found = pooled(values, sds, names.tolist(), np.tile(list("abcdef"), 60).tolist())
     assert found.mean == pytest.approx(2.0, abs=0.12)
     assert found.between == pytest.approx(0.3, abs=0.09)
     assert found.within == pytest.approx(0.2, abs=0.06)
+    assert found.among < 0.06
 
 
 def test_a_pool_has_the_greatest_posterior_density():
-    values, sds, names = np.array([1.0, 1.4, 2.0, 2.1]), np.full(4, 0.1), ["a", "a", "b", "b"]
-    found = pooled(values, sds, names)
-    same = np.equal.outer(names, names)
+    values, sds = np.array([1.0, 1.4, 2.0, 2.1, 1.7]), np.full(5, 0.1)
+    names, muscles = ["a", "a", "b", "b", "b"], ["m", "n", "m", "n", "n"]
+    found = pooled(values, sds, names, muscles)
+    person, muscle = np.equal.outer(names, names), np.equal.outer(muscles, muscles)
 
-    def density(between, within):
-        total = between**2 * same + np.diag(within**2 + sds**2)
+    def density(between, among, within):
+        total = between**2 * person + among**2 * muscle + np.diag(within**2 + sds**2)
         mean = np.linalg.inv(total).sum(axis=0) @ values / np.linalg.inv(total).sum()
         restricted = -0.5 * np.log(np.linalg.inv(total).sum())
-        return (multivariate_normal(np.full(4, mean), total).logpdf(values) + restricted
-                - 0.5 * (between**2 + within**2) / 0.25)
+        return (multivariate_normal(np.full(5, mean), total).logpdf(values) + restricted
+                - 0.5 * (between**2 + among**2 + within**2) / 0.25)
 
-    best = density(found.between, found.within)
-    for between, within in ((1.05, 1.0), (0.95, 1.0), (1.0, 1.05), (1.0, 0.95)):
-        assert density(found.between * between, found.within * within) < best
+    sizes = np.array([found.between, found.among, found.within])
+    best = density(*sizes)
+    for k in range(3):
+        for factor in (0.8, 1.25):
+            assert density(*np.where(np.arange(3) == k, factor * sizes, sizes)) < best + 1e-3
+    # what a muscle adds is the conditional mean of the joint normal distribution
+    total = found.between**2 * person + found.among**2 * muscle + np.diag(found.within**2 + sds**2)
+    own = found.among**2 * muscle[0]
+    assert found.muscles["m"][0] == pytest.approx(own @ np.linalg.inv(total) @ (values - found.mean))
 
 
 def made_up(people=("a", "b", "c")):
@@ -69,9 +77,11 @@ def test_random_people_scatter_as_the_pools_say():
     drawn = [responses.drawn(("biceps", "triceps"), rng) for _ in range(2000)]
     logs = np.log([each.frequency_rad_s for each in drawn])
     pool = responses.log_frequency
-    assert logs.mean() == pytest.approx(pool.mean, abs=0.03)
+    means, unknown = np.array([pool.of(name) for name in ("biceps", "triceps")]).T
+    assert logs.mean() == pytest.approx(means.mean(), abs=0.03)
     # the natural frequency is one for all muscles of a person: the mean of theirs
-    assert logs.std() == pytest.approx(np.hypot(pool.between, pool.within / np.sqrt(2.0)), rel=0.1)
+    own = np.sqrt((unknown**2 + pool.within**2).sum()) / 2.0
+    assert logs.std() == pytest.approx(np.hypot(pool.between, own), rel=0.1)
     assert min(each.delay_s for each in drawn) >= 0.005
 
 

@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
+from fesloop.analysis.people.courses import StepResponse
 from fesloop.analysis.people.population import ArmPopulation
 from fesloop.apps.reproduce import people
-from fesloop.apps.reproduce.people import evoked
+from fesloop.apps.reproduce.people import bench, evoked
 from fesloop.errors import InputError
+from fesloop.models.arm_responses import ArmResponses, effective_a
+from fesloop.streams.stimulation import open_stimulation
 
 
 def test_needs_recordings(monkeypatch, tmp_path):
@@ -43,3 +47,52 @@ def test_people_are_predicted_better_than_by_lines_and_by_other_peoples_mean(rec
     by_name = {(row.table, row.row): row for row in rows}
     assert all(row.holds for key, row in by_name.items() if "stretch" not in key[1])
     assert len(sweeps["postures"].rows) == 5
+
+
+def answers(*delays_and_joints):
+    return [StepResponse(joint, False, 1e-3 * delay, *(np.nan,) * 4) for delay, joint in delays_and_joints]
+
+
+def test_joints_count_as_often_as_in_the_recordings():
+    """Three of four recorded responses are of joint 3: the median is among ours of joint 3."""
+    theirs = answers((130, 3), (140, 3), (150, 3), (100, 0))
+    ours = answers(*[(200 + k, 0) for k in range(50)], (140, 3), (142, 3), (144, 3))
+    row = bench.dynamic_rows(theirs, ours)[0]
+    assert row.holds
+    assert 141 <= float(row.ours.split()[0]) <= 144
+    assert not bench.dynamic_rows(theirs, answers((200, 0), (190, 3)))[0].holds
+    assert not bench.dynamic_rows(theirs, [])[0].holds
+
+
+def test_a_random_persons_widths_are_the_usable_ones():
+    response = ArmResponses.shipped().drawn(("biceps",), np.random.default_rng(4))
+    times, widths = bench.protocol(response, 0.065, np.random.default_rng(1))
+    effective = 1e3 * effective_a(0.065, np.array([widths.min(), widths.max()]), response.chronaxie_s[0])
+    shares = norm.cdf(np.log(effective / response.threshold_ma) / response.spread)
+    assert shares == pytest.approx([response.lowest[0], response.highest[0]])
+    assert times[0] == 0.0
+    assert 1.0 <= times[2] <= 1.05
+
+
+@pytest.mark.slow
+def test_random_people_recruit_as_the_recorded_do(recordings):
+    folder = recordings / "fes_exo"
+    people = [open_stimulation(folder / f"{name}.npz") for name in ("S9006", "S9007")]
+    rows = {row.row: row for row in bench.recruitment_rows(people, 400)}
+    assert len(rows) == 6
+    assert all(row.holds for row in rows.values())
+
+
+@pytest.mark.slow
+def test_simulated_courses_answer_like_recorded_ones(recordings, monkeypatch):
+    """One random person for each course of one recorded: the chain of simulation, noise and reduction."""
+    monkeypatch.setattr(bench, "PEOPLE_A_COURSE", 2)
+    person = open_stimulation(recordings / "fes_exo" / "S9004.npz")
+    courses = list(bench.simulated([person], {}))
+    assert len(courses) == 2 * len(person.courses)
+    found = [each for course in courses for each in bench.step_responses(course)]
+    assert found
+    assert all(0.05 < each.delay_s < 0.4 for each in found)
+    noise = bench.noise(person.courses[0], 1000, np.random.default_rng(1))
+    assert np.abs(noise[:190].mean(axis=0)).max() < 1e-12 + np.abs(noise).max()
+    assert np.array_equal(noise[:800], noise[190:990])

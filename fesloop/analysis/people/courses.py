@@ -28,6 +28,7 @@ from fesloop.models.arm_responses import (
     effective_a,
 )
 from fesloop.models.dry_friction import play
+from fesloop.models.evoked_torque import REFERENCE_RAD, Postures
 from fesloop.streams.stimulation import StimulationRecording, TorqueCourse
 
 Array = NDArray[np.float64]
@@ -42,6 +43,7 @@ _REST_S, _AFTER_S, _APART_S = 0.3, 0.9, 0.3
 _STEP_S = 0.01
 _MISFIT, _MEMORY_S = 0.1, 0.2
 """Error of the model, as a share of the torque's range, and time over which it is one error (chosen)."""
+_LEAST_ARM_M = 1e-3
 _GOOD = 0.8
 """Share of the variance that a fit must explain."""
 
@@ -135,7 +137,8 @@ class CourseFit(NamedTuple):
 
     Attributes
     ----------
-    response: of the muscle. joint: number in `JOINTS`. explained: share of the torque's variance.
+    response: of the muscle. joint: number in `JOINTS`. size_nm: greatest range of torque in a stretch.
+    explained: share of the torque's variance.
     gain_nm: torque of the whole muscle. friction_nm: of the device.
     sd: standard deviations of delay, s, of the logarithm of natural frequency, of the probit at the highest
         width, and of the logarithm of spread, by the curvature at the greatest density.
@@ -143,6 +146,7 @@ class CourseFit(NamedTuple):
 
     response: Response
     joint: int
+    size_nm: float
     explained: float
     gain_nm: float
     friction_nm: float
@@ -225,7 +229,7 @@ def fit_course(course: TorqueCourse, joint: int, person: str, electrode: str) ->
     return CourseFit(
         response=Response(person, electrode, float(q[0]), float(np.exp(q[1])), float(q[2]), spread,
                           1e3 * float(np.exp(highest - spread * q[2]))),
-        joint=joint, explained=float(1.0 - (left**2).sum() / ((seen - mean)[inside]**2).sum()),
+        joint=joint, size_nm=size, explained=float(1.0 - (left**2).sum() / ((seen - mean)[inside]**2).sum()),
         gain_nm=float(sign * size * np.exp(q[5])), friction_nm=float(FRICTION_NM[joint] * np.exp(q[4])),
         sd=np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes))[:4]))
 
@@ -258,8 +262,17 @@ def _activated(recruited: Array, delay: float, frequency: float, period: float) 
     return np.asarray(late)
 
 
+def crossed_by(electrode: str) -> list[int]:
+    """Numbers of the joints that the muscle crosses after which an electrode is named."""
+    arms = np.abs(Postures.of(electrode, REFERENCE_RAD[np.newaxis]).arms[0, 0])
+    return [int(joint) for joint in np.flatnonzero(arms > _LEAST_ARM_M)]
+
+
 def fits_of(recording: StimulationRecording) -> list[CourseFit]:
-    """Fits of all courses of a recording, each at the joint whose torque it explains best, and well.
+    """Fits of all courses of a recording, each at the joint of the largest torque that it explains.
+
+    Joints are those that the electrode's muscle crosses: what others show, they show through the device.
+    Torques are compared over `LEAST_NM`.
 
     Raises InputError for a recording of other joints.
     """
@@ -267,11 +280,10 @@ def fits_of(recording: StimulationRecording) -> list[CourseFit]:
         raise InputError(f"{recording.source}: joints", ", ".join(recording.joints), ", ".join(JOINTS))
     found = []
     for course in recording.courses:
-        fits = [fit_course(course, joint, recording.person, recording.muscles[course.muscle])
-                for joint in range(len(JOINTS))]
-        best = max((each for each in fits if each is not None), key=lambda each: each.explained, default=None)
-        if best is not None and best.explained > _GOOD:
-            found.append(best)
+        electrode = recording.muscles[course.muscle]
+        fits = [fit_course(course, joint, recording.person, electrode) for joint in crossed_by(electrode)]
+        explained = [each for each in fits if each is not None and each.explained > _GOOD]
+        found += sorted(explained, key=lambda each: each.size_nm / LEAST_NM[each.joint])[-1:]
     return found
 
 

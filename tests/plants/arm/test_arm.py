@@ -3,6 +3,7 @@
 import itertools
 import json
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -161,6 +162,25 @@ def test_a_device_that_moves_a_passive_arm_reads_its_friction():
     np.testing.assert_allclose(angles, away - device / np.array(arm.stiffness_nm_rad))
 
 
+def test_a_jump_of_the_reference_counts_although_the_torque_falls_after_it():
+    arm = Arm(**TWO, friction_nm=(0.8, 0.1, 0.1, 0.1))
+    state, silent = arm.init(Context("arm")), np.zeros((2, 3))
+    away, stop = REFERENCE + np.deg2rad([10.0, 0.0, 0.0, 0.0]), 560 * NS_PER_MS
+    pulse = pulses((60.0, 25.0), (0.0, 0.0))
+    for at in range(0, 500, 25):
+        arm.advance(state, [pulse, REFERENCE], at * NS_PER_MS, (at + 1) * NS_PER_MS)
+        arm.advance(state, [silent, REFERENCE], (at + 1) * NS_PER_MS, (at + 25) * NS_PER_MS)
+    arm.advance(state, [silent, REFERENCE], 500 * NS_PER_MS, stop)  # the last pulse has ended at 540 ms
+    arm.advance(state, [silent, away], stop, stop)
+    evoked, device, _, _ = arm.read(state, [silent, away])
+    arm.advance(state, [silent, away], stop, 2 * stop)
+    later, held, _, _ = arm.read(state, [silent, away])
+    assert 0.1 < evoked[0] - later[0] < 1.6
+    # The joint followed to the edge of friction at the jump, and the falling torque leaves it there.
+    assert device[0] == pytest.approx(0.8 - evoked[0], abs=1e-9)
+    assert held[0] == pytest.approx(device[0], abs=1e-9)
+
+
 def test_members_are_other_people_each_always_the_same():
     assert np.array_equal(Arm(member=3).torque_nm(REFERENCE), Arm(member=3).torque_nm(REFERENCE))
     assert not np.allclose(Arm(member=3).torque_nm(REFERENCE), Arm(member=4).torque_nm(REFERENCE))
@@ -209,3 +229,29 @@ def test_refuses_a_spoilt_persons_file(tmp_path, change, said):
 def test_refuses_with_the_parameters_name(given_parameters, said):
     with pytest.raises(InputError, match=said.replace("(", r"\(")):
         Arm(**given_parameters)
+
+
+def test_trials_of_all_electrodes_read_what_the_person_does():
+    """Friction hides a part of each trial; what is added for it brings the readings back, by joint."""
+    rng, reads, tells = np.random.default_rng(0), [], []
+    postures = [np.deg2rad([90.0 + a, b, c, d]) for a in (-60, -5) for b in (-40, 40)
+                for c in (-10, 10) for d in (-10, 10)]
+    for member in range(10):
+        arm = Arm(member=member)
+        plain = replace(arm, hidden_nm=(0.0,) * 4)
+        friction = np.array(arm.friction_nm)
+        for posture in postures:
+            whole, told = (each.torque_nm(posture) * each.response.highest[:, np.newaxis]
+                           for each in (arm, plain))
+            trials = []
+            for _ in range(3):
+                order = rng.permutation(len(whole))
+                path = np.vstack([np.zeros((1, 4)), whole[order]])
+                passed = play(path, friction, rng.uniform(-friction, friction))
+                passed -= np.median(passed, axis=0)
+                trials.append(passed[1:][np.argsort(order)])
+            reads.append(np.mean(trials, axis=0))
+            tells.append(told)
+    reads, tells = np.concatenate(reads), np.concatenate(tells)
+    share = (reads * tells).sum(axis=0) / (tells**2).sum(axis=0)
+    assert ((share > 0.85) & (share < 1.02)).all()

@@ -13,15 +13,24 @@ from typing import Any
 
 from fesloop.apps.reproduce.cohort import Progress
 from fesloop.apps.reproduce.comparison import Row
-from fesloop.apps.reproduce.people import evoked, muscle, trains
+from fesloop.apps.reproduce.people import bench, evoked, muscle, trains
 from fesloop.apps.reproduce.people.part import Part
 from fesloop.apps.reproduce.result import Reproduction, Sweep
 from fesloop.errors import InputError
 
 VARIABLE = "FESLOOP_RECORDINGS"
 SUBJECTS = 1000
+
+
+def fes_exo(folder: Path, random_people: int) -> Part:
+    """Steady torque by posture, then dynamics and recruitment, of arms in an exoskeleton."""
+    steady, courses = evoked.rows_and_sweeps(folder, random_people), bench.part(folder, random_people)
+    return Part([*steady.rows, *courses.rows], {**steady.sweeps, **courses.sweeps},
+                {**steady.curves, **courses.curves})
+
+
 PARTS: dict[str, Callable[[Path, int], Part]] = {
-    "fes_exo": evoked.rows_and_sweeps,
+    "fes_exo": fes_exo,
     "rat_gm": muscle.part,
     "biceps_force": trains.part,
 }

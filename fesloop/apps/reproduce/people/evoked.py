@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -172,10 +173,16 @@ def _others_log_density(truth: Array, others: Sequence[Array]) -> Array:
     return np.asarray(t.logpdf(truth, count - 1, np.mean(others, axis=0), spread))
 
 
+@cache
+def people_of(folder: Path) -> tuple[list[StimulationRecording], dict[str, ArmPopulation]]:
+    """People with steady trials, and the population that predicts each."""
+    people = recordings(folder)
+    return people, populations(people)
+
+
 def rows_and_sweeps(folder: Path, random_people: int) -> Part:
     """Rows of both questions, and errors by person."""
-    people = recordings(folder)
-    by_person = populations(people)
+    people, by_person = people_of(folder)
     trials = {each.person: trials_of(each) for each in people}
     postures = [predicted_postures(each, by_person[each.person]) for each in people]
     unseen = []
