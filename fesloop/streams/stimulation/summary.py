@@ -6,10 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from fesloop.streams.stimulation.recording import StimulationRecording
+from fesloop.streams.stimulation.recording import SteadyTrials, StimulationRecording
 
 _STUCK_SHARE = 0.3
 """Share of trials that read what the trial before read, above which friction hides torque (chosen)."""
+_FAR = 15.0
+"""Robust standard deviations beyond which a trial is an outlier (chosen: 3,112 trials of five people are
+within 11)."""
+_SAME = 0.02
+"""Relative difference of pulses that counts (chosen)."""
 _LIKE_RADIANS_DEG = 2.5
 """Greatest angle of several postures below which angles look like radians called degrees (chosen: postures
 differ by 10 deg at the least)."""
@@ -76,6 +81,54 @@ def doubts_about(recording: StimulationRecording) -> dict[str, str]:
     if held:
         found["stuck"] = ("reads in many trials what the trial before read (share: " + ", ".join(held)
                           + "): dry friction of the device hides torque")
+    rms = trials.repeatability().rms_nm
+    hidden = [f"{joint} {size:.2g} of {friction:.2g} N m" for joint, size, friction
+              in zip(recording.joints, rms, recording.friction_nm, strict=True) if size < friction]
+    if hidden:
+        found["within_friction"] = ("evokes less torque than the device's dry friction ("
+                                    + ", ".join(hidden) + "): much of it does not show")
+    found |= _outliers(recording, trials) | _other_pulses(recording, trials)
+    return found
+
+
+def _outliers(recording: StimulationRecording, trials: SteadyTrials) -> dict[str, str]:
+    """Torques that are far from those of their repeats."""
+    evoked, away = trials.evoked_nm, np.zeros_like(trials.device_torque_nm)
+    for rows in trials.cells().values():
+        away[rows] = evoked[rows] - np.median(evoked[rows], axis=0)
+    # Not the median, which is near 0 where friction holds many trials.
+    spread = np.quantile(np.abs(away[trials.stimulated]), 0.9, axis=0) / 1.645
+    far = np.abs(away) > _FAR * np.where(spread > 0.0, spread, np.inf)
+    if not far.any():
+        return {}
+    row, j = np.unravel_index(int(np.argmax(np.where(far, np.abs(away), 0.0))), far.shape)
+    return {"outliers": (
+        f"has {int(far.any(axis=1).sum())} trials whose torque is far from that of their repeats, such as "
+        f"{evoked[row, j]:+.3g} N m of {recording.joints[j]} for {recording.muscles[trials.muscle[row]]} in "
+        f"posture {trials.posture[row]}, visit {trials.visit[row]}: leave them out if they are faults")}
+
+
+def _other_pulses(recording: StimulationRecording, trials: SteadyTrials) -> dict[str, str]:
+    """Muscles whose pulses differ between trials, or are not those that are stated as usable."""
+    various, beyond = [], []
+    for number, name in enumerate(recording.muscles):
+        here = trials.muscle == number
+        if not here.any():
+            continue
+        if any(np.ptp(values[here]) > _SAME * values[here].max() for values in (
+                trials.pulse_width_s, trials.current_a)):
+            various.append(name)
+        low, high = recording.lowest_width_s[number], recording.highest_width_s[number]
+        widths = trials.pulse_width_s[here]
+        if widths.max() > (1.0 + _SAME) * high or widths.min() < (1.0 - _SAME) * low:
+            beyond.append(f"{name} ({1e6 * widths.min():.0f} to {1e6 * widths.max():.0f} us)")
+    found = {}
+    if various:
+        found["various_pulses"] = (f"stimulates {', '.join(various)} by pulses that differ between trials, "
+                                   "which are taken together as repeats")
+    if beyond:
+        found["other_widths"] = ("has pulse widths outside those stated as usable: "
+                                 + ", ".join(beyond) + ": check the unit")
     return found
 
 
