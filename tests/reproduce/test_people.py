@@ -61,6 +61,11 @@ def test_joints_count_as_often_as_in_the_recordings():
     assert row.holds
     assert 141 <= float(row.ours.split()[0]) <= 144
     assert not bench.dynamic_rows(theirs, answers((200, 0), (190, 3)))[0].holds
+    # without a bar, our median has to lie between their quartiles
+    rows = {row.row: row.holds for row in bench.dynamic_rows(theirs, answers((140, 3), (100, 0)))}
+    assert rows["5 % of torque, wrist_radial_deviation"]
+    rows = {row.row: row.holds for row in bench.dynamic_rows(theirs, answers((151, 3), (100, 0)))}
+    assert not rows["5 % of torque, wrist_radial_deviation"]
     assert not bench.dynamic_rows(theirs, [])[0].holds
 
 

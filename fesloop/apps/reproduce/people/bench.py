@@ -133,23 +133,21 @@ def protocol(response: ArmResponse, current_a: float, rng: np.random.Generator) 
     return times, np.asarray(low + share * (high - low))
 
 
-def _quartiles(answers: Sequence[StepResponse], field: str, shares: Mapping[int, float]
-               ) -> tuple[float, str]:
-    """Median, ms, and text with quartiles and number, of a time; joints have `shares` of the weight."""
-    known = [(each.joint, 1e3 * getattr(each, field)) for each in answers
+def _quartiles(answers: Sequence[StepResponse], field: str, shares: Mapping[int, float]) -> tuple[Array, int]:
+    """Quartiles (3,) of a field, and how many there are; joints have `shares` of the weight."""
+    known = [(each.joint, getattr(each, field)) for each in answers
              if each.joint in shares and np.isfinite(getattr(each, field))]
     if not known:
-        return np.nan, "-"
+        return np.full(3, np.nan), 0
     known.sort(key=lambda each: each[1])
     joints, values = (np.array(column) for column in zip(*known, strict=True))
     weights = np.array([shares[joint] / np.count_nonzero(joints == joint) for joint in joints.tolist()])
     places = (np.cumsum(weights) - 0.5 * weights) / weights.sum()
-    low, middle, high = np.interp([0.25, 0.5, 0.75], places, values)
-    return float(middle), f"{middle:.0f} [{low:.0f}, {high:.0f}] of {len(known)}"
+    return np.asarray(np.interp([0.25, 0.5, 0.75], places, values)), len(known)
 
 
 def dynamic_rows(theirs: Sequence[StepResponse], ours: Sequence[StepResponse]) -> list[Row]:
-    """Delays of all responses and rise times at the elbow against their bars; other times for information.
+    """Times of responses: a median of ours holds within its bar, or without one within their quartiles.
 
     Joints count as often as in the recordings, where which of them answers most clearly depends on who they
     are of.
@@ -157,19 +155,25 @@ def dynamic_rows(theirs: Sequence[StepResponse], ours: Sequence[StepResponse]) -
     table = "steps and trains through the chain: median [quartiles], joints as often as theirs"
 
     def row(name: str, field: str, joint: int | None, bar: tuple[float, float] | None) -> Row:
-        shares = Counter(each.joint for each in theirs if joint in (None, each.joint))
-        (_, measured), (middle, found) = (_quartiles(side, field, shares) for side in (theirs, ours))
-        limits = "" if bar is None else f"{1e3 * bar[0]:.0f} to {1e3 * bar[1]:.0f}; "
-        holds = bar is None or 1e3 * bar[0] <= middle <= 1e3 * bar[1]
-        return Row(table, name, f"{limits}{measured}", found, bool(holds), "ms")
+        shares = Counter(each.joint for each in theirs
+                         if joint in (None, each.joint) and np.isfinite(getattr(each, field)))
+        (recorded, many), (found, number) = (_quartiles(side, field, shares) for side in (theirs, ours))
+        low, high = (recorded[0], recorded[2]) if bar is None else bar
+        unit, scale, digits = ("1", 1.0, 2) if field == "left" else ("ms", 1e3, 0)
+
+        def text(quartiles: Array, count: int) -> str:
+            first, middle, last = (f"{scale * each:.{digits}f}" for each in quartiles)
+            return f"{middle} [{first}, {last}] of {count}" if count else "-"
+
+        limits = "" if bar is None else f"{scale * low:.0f} to {scale * high:.0f}; "
+        return Row(table, name, limits + text(recorded, many), text(found, number),
+                   bool(low <= found[1] <= high), unit)
 
     rows = [row("5 % of torque after the command", "delay_s", None, DELAY_S),
             row("rise from 10 to 90 %, elbow", "rise_s", 0, ELBOW_RISE_S)]
     rows += [row(f"5 % of torque, {joint}", "delay_s", number, None) for number, joint in enumerate(JOINTS)]
     rows += [row(f"rise from 10 to 90 %, {JOINTS[joint]}", "rise_s", joint, None) for joint in (2, 3)]
-    recorded, found = (f"{np.median([each.left for each in side if each.step] or [np.nan]):.2f}"
-                       for side in (theirs, ours))
-    return [*rows, Row("share left 1.5 s after a step: median", "all joints", recorded, found, True, "1")]
+    return [*rows, row("share left 1.5 s after a step", "left", None, None)]
 
 
 def recruitment_rows(people: Sequence[StimulationRecording], random_people: int) -> list[Row]:
