@@ -159,7 +159,8 @@ def _show_cost(study: Study, found: Cost) -> None:
             ["workers", f"{found.workers}"], ["time left", duration_text(found.left_s)],
             ["disk", f"{found.disk_bytes / 1e6:.1f} MB of {found.free_bytes / 1e6:,.0f} MB that are free"]]
     if study.prepare:
-        rows.append(["not counted", f"{', '.join(study.prepare)}, prepared for each patient"])
+        rows.append(["models before these", f"{found.prepared:,}, about {duration_text(found.prepared_s)} at "
+                     "the pace of the trial runs, and their fits"])
     if study.cost:
         rows.append(["cost stated in the file", study.cost])
     print_table(f"{study.name}: cost; results of the trial runs are not kept", ("", ""), rows, sys.stderr)

@@ -14,6 +14,7 @@ import psutil
 import pytest
 from study_parts import started, write_study
 
+from fesloop import load as load_experiment
 from fesloop.analysis.study import load
 from fesloop.analysis.study.design.shipped_studies import shipped_studies
 from fesloop.apps.cli import main
@@ -83,6 +84,23 @@ def test_a_dry_run_says_what_the_study_takes_and_keeps_nothing(capsys, study, tm
     for word in ("runs", "time left", "disk"):
         assert word in captured.err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_dry_run_counts_the_models_that_come_before(capsys, tmp_path):
+    study = write_study(
+        tmp_path, "[axes.strength]\nkey = \"blocks.finger.strength\"\nvalues = [1.0, 1.2]\n"
+        "[axes.move_weight]\nvalues = [0.05, 0.1]\n", experiment="grasp_mpc", duration_s=1.0,
+        settings=["plant=finger", "experiment.trials=1"], metrics='error_deg = "joint_rmse_deg"',
+        more='[prepare.model]\nexperiment = "identify_grasp"\nsettings = ["plant=finger"]\n'
+        'axes = ["strength"]\n')
+    assert main(["study", str(study), "--dry-run", "--json", "--workers", "1", "--out", str(tmp_path)]) == 0
+    captured = capsys.readouterr()
+    told = json.loads(captured.out)
+    assert told["prepared"] == 2
+    excited_s = load_experiment("identify_grasp", ["plant=finger"]).duration_ns / 1e9
+    pace = told["left_s"] / told["simulated_s"]
+    assert told["prepared_s"] == pytest.approx(2 * excited_s * pace)
+    assert "models before these" in captured.err
 
 
 def children(process):

@@ -22,7 +22,7 @@ from fesloop.analysis.study.engine.cluster import (
     threads,
 )
 from fesloop.analysis.study.engine.coordinator import await_workers
-from fesloop.analysis.study.engine.preparing import meanwhile
+from fesloop.analysis.study.engine.preparing import Preparations, meanwhile
 from fesloop.analysis.study.engine.running import DIED
 from fesloop.analysis.study.engine.tasks import Task, Watch, completed
 from fesloop.analysis.study.engine.worker import Outcome, ResultSpec, run_one
@@ -48,7 +48,8 @@ class Cost:
     simulated_s: simulated time of all runs.
     tried: number of runs that were tried. run_s, least_s, most_s: median, least and greatest of their times.
     workers: threads of the cluster. left_s: time until all runs are done, without preparations.
-    prepared: number of keys that come from preparations.
+    prepared: number of models to prepare. prepared_s: time that all of them take at the pace of the trial
+        runs, without the fits.
     disk_bytes: size of results and kept recordings. free_bytes: free space on the disk.
     """
 
@@ -63,6 +64,7 @@ class Cost:
     workers: int
     left_s: float
     prepared: int
+    prepared_s: float
     disk_bytes: int
     free_bytes: int
 
@@ -84,6 +86,7 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
     folder = Path(out) / study.name
     there = next(each for each in (folder, *folder.absolute().parents) if exists(each))
     ids, simulated_s, sample = _gone_through(study, watch)
+    preparations = Preparations(study)
     done = _done(folder, study) & ids if not study.prepare else _done(folder, study)
     with connected(workers, scheduler) as client:
         await_workers(client, watch)
@@ -93,10 +96,13 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
     if not ended:
         raise RunError(f"{study.name}: none of {len(sample)} tried runs ended well: "
                        f"{outcomes[0].cause if outcomes else DIED}")
+    pace = statistics.fmean(ended) * study.cells * study.about.replicates / simulated_s
     return Cost(cells=study.cells, runs=len(ids), done=len(done), simulated_s=simulated_s, tried=len(ended),
                 run_s=statistics.median(ended), least_s=min(ended), most_s=max(ended), workers=count,
                 left_s=(len(ids) - len(done)) * statistics.fmean(ended) / count,
-                prepared=len(study.prepare), disk_bytes=_disk_bytes(study, len(ids), sample, outcomes),
+                prepared=len(preparations.needed),
+                prepared_s=preparations.simulated_s * pace / count,
+                disk_bytes=_disk_bytes(study, len(ids), sample, outcomes),
                 free_bytes=shutil.disk_usage(there).free)
 
 

@@ -22,6 +22,7 @@ from fesloop.errors import FesloopError, InputError, InputErrors, RunError, wher
 from fesloop.experiment.registry import identifier
 from fesloop.experiment.running import Experiment, run
 from fesloop.forms.toml import toml_value
+from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.machine import one_blas_thread
 from fesloop.models.patient_model import require_usable
 
@@ -50,7 +51,7 @@ def meanwhile(study: Study) -> Settings:
 
 
 class Preparations:
-    """The preparations that each cell needs.
+    """The preparations that each cell needs, and the simulated time of all.
 
     Raises InputError, InputErrors for invalid experiments.
     """
@@ -59,6 +60,7 @@ class Preparations:
         self._study = study
         self._ids: dict[tuple[str, str, tuple[str, ...]], str] = {}
         self.needed: Needed = {}
+        self.simulated_s = 0.0
         resolver = Resolver(study.folder)
         for cell in cells_of(study) if study.prepare else ():
             for key, preparation in study.prepare.items():
@@ -76,6 +78,8 @@ class Preparations:
                                for each in getattr(fault, "faults", [fault])]) from None
         id = experiment.fingerprint()
         self._ids[key, name, settings] = id
+        if id not in self.needed:
+            self.simulated_s += experiment.trials * experiment.duration_ns / NS_PER_S
         self.needed[id] = key, zlib.compress(experiment.as_json().encode())
 
     def ids(self, cell: Cell) -> Iterator[tuple[str, str]]:
