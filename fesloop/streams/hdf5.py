@@ -1,4 +1,4 @@
-"""Opens and reads HDF5 files that others wrote, or that are damaged, without harm.
+"""Writes HDF5 files whole, and reads those that others wrote, or that are damaged, without harm.
 
 Of 7500 recordings of fesloop's own form, changed at random, HDF5 2.0 hung for ever on 9, each time in a
 global heap, where it keeps text of any length (and on none of 7500 files of MATLAB's form): the heap is the
@@ -9,8 +9,10 @@ read where they are, not in the reader process, so that heaps are walked here fi
 from __future__ import annotations
 
 import os
+import secrets
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,28 @@ _HEAP_HEADER = struct.Struct("<4sB3xQ")
 _OBJECT = struct.Struct("<HH4xQ")
 _LARGEST_HEAP = 2**26
 _BLOCK_BYTES = 2**20
+
+
+@contextmanager
+def new_hdf5(target: Path) -> Iterator[h5py.File]:
+    """A new file to write to, which appears whole or not at all.
+
+    Raises InputError where there is a file of this name, or none can be made.
+    """
+    draft = target.parent / f".{target.name}-{secrets.token_hex(8)}"
+    try:
+        if target.exists():
+            raise InputError(str(target), "exists", "a new name", "remove it, or give another name")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with h5py.File(draft, "w-", libver=("v110", "v110")) as file:
+            yield file
+        draft.rename(target)
+    except OSError as fault:
+        raise InputError(str(target), f"cannot be written: {fault.strerror or fault}",
+                         "a file in a folder that can be written to") from None
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
 
 
 def open_hdf5(path: Path, allowed: str, where: str = "") -> h5py.File:

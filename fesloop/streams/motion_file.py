@@ -19,9 +19,7 @@ Every dataset carries Fletcher's checksum, so that a file that a disk has damage
 from __future__ import annotations
 
 import json
-import secrets
 from collections.abc import Mapping
-from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -47,20 +45,8 @@ def write_motion_file(recording: MotionRecording, target: Path) -> None:
 
     Raises InputError where there is a file of this name, or none can be made.
     """
-    draft = target.parent / f".{target.name}-{secrets.token_hex(8)}"
-    try:
-        if target.exists():
-            raise InputError(str(target), "exists", "a new name", "remove it, or give another name")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with h5py.File(draft, "w-", libver=("v110", "v110")) as file:
-            _fill(file, recording)
-        draft.rename(target)
-    except OSError as fault:
-        raise InputError(str(target), f"cannot be written: {fault.strerror or fault}",
-                         "a file in a folder that can be written to") from None
-    finally:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
+    with hdf5.new_hdf5(target) as file:
+        _fill(file, recording)
 
 
 def _fill(file: h5py.File, recording: MotionRecording) -> None:

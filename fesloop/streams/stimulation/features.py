@@ -11,8 +11,8 @@ from fesloop.streams.stimulation.recording import Array, SteadyTrials, TorqueCou
 _LEVELS = 20
 """Most pulse widths of a recruitment curve (chosen)."""
 _LONGEST_STEP, _LEAST_RISE, _REST_S = 0.3, 0.8, 0.3
-"""Of a ramp: greatest step and least rise, as shares of the range of pulse widths, and time before it that
-counts as rest (chosen)."""
+"""Limits of a ramp: greatest step and least rise, as shares of the range of pulse widths, and time before it
+that counts as rest (chosen)."""
 CLEAR = 3.0
 """Standard errors beyond which a muscle's mean torque counts as different from 0 (chosen)."""
 _HELD_S = 0.5

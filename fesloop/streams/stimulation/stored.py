@@ -15,9 +15,7 @@ A dataset is left out where the array is None. Every dataset carries Fletcher's 
 from __future__ import annotations
 
 import json
-import secrets
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -49,27 +47,15 @@ def write_stimulation(recording: StimulationRecording, target: Path) -> None:
 
     Raises InputError where there is a file of this name, or none can be made.
     """
-    draft = target.parent / f".{target.name}-{secrets.token_hex(8)}"
-    try:
-        if target.exists():
-            raise InputError(str(target), "exists", "a new name", "remove it, or give another name")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with h5py.File(draft, "w-", libver=("v110", "v110")) as file:
-            file.attrs["format"] = FORMAT
-            _fill(file, recording)
-            if recording.steady is not None:
-                _fill(file.create_group("steady"), recording.steady)
-            for kind in _LISTS:
-                group = file.create_group(kind)
-                for number, part in enumerate(getattr(recording, kind)):
-                    _fill(group.create_group(str(number)), part)
-        draft.rename(target)
-    except OSError as fault:
-        raise InputError(str(target), f"cannot be written: {fault.strerror or fault}",
-                         "a file in a folder that can be written to") from None
-    finally:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
+    with hdf5.new_hdf5(target) as file:
+        file.attrs["format"] = FORMAT
+        _fill(file, recording)
+        if recording.steady is not None:
+            _fill(file.create_group("steady"), recording.steady)
+        for kind in _LISTS:
+            group = file.create_group(kind)
+            for number, part in enumerate(getattr(recording, kind)):
+                _fill(group.create_group(str(number)), part)
 
 
 def _fill(group: h5py.Group, part: Any) -> None:

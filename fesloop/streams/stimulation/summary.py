@@ -21,7 +21,7 @@ differ by 10 deg at the least)."""
 
 
 def summary_of(recording: StimulationRecording) -> dict[str, Any]:
-    """What a recording holds, in plain values.
+    """Content of a recording in plain values.
 
     Of isometric trials: number of trials, postures, visits, repeats of a muscle in a posture (fewest, most),
     passive trials, minutes; by joint `sd_nm` of a repeat, `rms_nm` of the evoked torque and their ratio `snr`

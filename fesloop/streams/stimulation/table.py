@@ -346,7 +346,7 @@ class _Table:
 
 
 def _meaning(name: str, kind: str, layout: StimulationLayout, where: str) -> tuple[Any, float]:
-    """What a column holds, and the factor of its numbers; InputError for a name that is not understood."""
+    """Meaning of a column and factor of its numbers; InputError for a name that is not understood."""
     if name in _TEXTS or name in _COUNTS:
         return name, 1.0
     folded = name.replace("µ", "u").replace("μ", "u")
