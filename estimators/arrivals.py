@@ -230,7 +230,7 @@ of an angle from sensors that are turned on their segments)."""
 
 
 class Overrun:
-    """What gyroscopes have missed of rotations that were faster than they can measure.
+    """Rotation that gyroscopes have missed because it was faster than they can measure.
 
     Parameters
     ----------

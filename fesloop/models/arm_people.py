@@ -31,7 +31,7 @@ FORMAT = "fesloop person 1"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ArmPeople:
-    """What people have in common, and how they differ.
+    """A population: common part and spread of people's evoked torque.
 
     Attributes
     ----------

@@ -26,11 +26,12 @@ serial line, 0 to 25 ms until the next pulse."""
 FRICTION_NM = (0.36, 0.05, 0.03, 0.03)
 """Dry friction of the recordings' exoskeleton, by joint, from its steps."""
 CHRONAXIE_US = {"biceps": 97.0, "pronator teres": 157.0, "extensor carpi radialis longus": 119.0}
-"""Of one person, by a strength-duration curve each."""
+"""Chronaxies of one person, each from a strength-duration curve."""
 OTHER_CHRONAXIE_US = 122.0
-"""Of other muscles (chosen: the geometric mean of these)."""
+"""Chronaxie of other muscles (chosen: the geometric mean of these)."""
 _PRIOR_SD = 0.5
-"""Of both standard deviations of a pool, half-normal (chosen; delays in units of `DELAY_UNIT_S`)."""
+"""Prior scale of both standard deviations of a pool, half-normal (chosen; delays in units of
+`DELAY_UNIT_S`)."""
 DELAY_UNIT_S = 0.05
 _LEAST_DELAY_S, _LEAST_SPREAD = 0.005, 0.03
 """Least values of random people (chosen)."""

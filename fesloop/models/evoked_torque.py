@@ -45,7 +45,8 @@ REFERENCE_RAD = np.deg2rad([57.5, 0.0, 0.0, 0.0])
 SLOPE_RAD = np.deg2rad([30.0, 40.0, 10.0, 10.0])
 """Angles over which slopes are stated."""
 MEAN_SQUARE = 2.0 / 3.0
-"""Of the elbow's angle at -1, 0 and 1 slope angle from the reference, where curvatures have the mean 0."""
+"""Mean square of the elbow's angle at -1, 0 and 1 slope angle from the reference; curvatures average to 0
+there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

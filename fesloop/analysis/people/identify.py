@@ -29,7 +29,7 @@ FEW_POSTURES = 4
 
 
 class Identified(NamedTuple):
-    """A person, what their recording does not say or contradicts, in words, and joints that it lacks."""
+    """An identified person, doubts about the recording in words, and joints that it lacks."""
 
     person: ArmPerson
     doubts: list[str]
@@ -60,7 +60,7 @@ def identify_person(recording: str | Path) -> Identified:
 
 
 def _contradictions(trials: Trials, population: ArmPopulation, person: ArmPerson) -> Iterator[str]:
-    """What a recording shows that no person of the population does, or that the model does not describe."""
+    """Yield what contradicts the population, or is not described by the model, in words."""
     off: list[Array] = []
     for electrode, cells in trials.cells.items():
         angles = cells.postures.angles

@@ -35,7 +35,7 @@ def stimulation_page(recording: StimulationRecording, path: Path) -> Page:
 
 
 def _sentence(recording: StimulationRecording) -> str:
-    """What the recording can show, first of all how far torque stands out from a repeat's scatter."""
+    """Summarise the recording in a sentence: evoked torque over a repeat's scatter, if there are trials."""
     trials = recording.steady
     if trials is not None and len(trials.cells()):
         snr = trials.repeatability().snr

@@ -47,8 +47,8 @@ REST_S = 0.95
 DELAY_S, ELBOW_RISE_S = (0.126, 0.153), (0.112, 0.140)
 """Quartiles of 99 and of all elbow responses of seven people."""
 SPREAD, THRESHOLD_MA, LEAST_RECRUITED = (0.10, 0.31), (1.7, 7.0), 0.5
-"""Of recruitment: quartiles of 18 fits; range over 38 muscles of the lowest usable effective current at a
-chronaxie of 200 us; and what the highest usable width recruits at least."""
+"""Published recruitment: quartiles of 18 fits; range over 38 muscles of the lowest usable effective current
+at a chronaxie of 200 us; and what the highest usable width recruits at least."""
 THRESHOLD_SD = {"people": 0.18, "muscles": 0.35}
 """Standard deviations of the logarithm of that current."""
 FACTOR = 1.5

@@ -1,4 +1,4 @@
-"""What one set of recordings contributes to `fesloop reproduce people`."""
+"""Contribution of one set of recordings to `fesloop reproduce people`."""
 
 from __future__ import annotations
 
