@@ -23,6 +23,7 @@ from fesloop.models.evoked_torque import (
     common_shares,
     features,
     log_density,
+    muscle_torques,
 )
 from fesloop.streams.stimulation import SteadyTrials, StimulationRecording, open_stimulation
 from fesloop.streams.stimulation.stored import write_stimulation
@@ -101,6 +102,26 @@ def test_posterior_is_that_of_normal_equations(rows, seen, root, mean):
     np.testing.assert_allclose(found.covariance, np.linalg.inv(precision), rtol=1e-6, atol=1e-6)
     assert log_density(rows, seen, prior, variance) == pytest.approx(multivariate_normal(
         rows @ mean, rows @ prior.covariance @ rows.T + np.diag(variance)).logpdf(seen), rel=1e-6, abs=1e-6)
+
+
+def test_a_device_feels_the_elbows_torque_about_the_horizontal_axis_of_the_wrist():
+    """Biceps lifts the hand: it deviates a neutral one radially, and extends a pronated one."""
+    neutral, pronated = np.deg2rad([[90.0, 0.0, 0.0, 0.0], [90.0, 80.0, 0.0, 0.0]])
+    felt = muscle_torques(Postures.of("biceps", np.array([neutral, pronated])), 0.1)[:, 0]
+    assert felt[0, 3] == pytest.approx(0.1 * felt[0, 0], rel=0.03)
+    assert abs(felt[0, 2]) < 1e-2 * felt[0, 0]
+    assert felt[1, 2] == pytest.approx(-0.1 * np.sin(np.deg2rad(80.0)) * felt[1, 0], rel=0.03)
+
+
+def test_people_in_a_device_show_it(recordings):
+    """Wrist torque of biceps and triceps, which do not cross the wrist, follows the elbow's in all five."""
+    for path in sorted((recordings / "fes_exo").glob("S900[2-9].npz")):
+        cells = trials_of(open_stimulation(path)).cells
+        for joint, share in ((2, lambda turn: -np.sin(turn)), (3, np.cos)):
+            lifted, seen = (np.concatenate(each) for each in zip(*(
+                (share(cells[name].postures.angles[:, 1]) * cells[name].torque_nm[:, 0],
+                 cells[name].torque_nm[:, joint]) for name in ("biceps", "triceps")), strict=True))
+            assert 0.02 < lifted @ seen / (lifted @ lifted) < 0.25, (path.stem, joint)
 
 
 def test_spreads_of_people_are_found(world):
