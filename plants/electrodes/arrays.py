@@ -132,6 +132,34 @@ MOTOR_POINTS = tuple(MotorPoint(muscle=name, around_deg=around, along_mm=along, 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MotorBranch:
+    """Axons of a muscle that lie close together at its motor point, where the nerve enters it.
+
+    They are excited first, all within a small range of current: the steep recruitment that is seen in people
+    before the rest of the muscle responds. Sizes are fitted to five people (docs/models/people.md).
+
+    Attributes
+    ----------
+    share: of the muscle's force. count: axons, each with an equal part of it.
+    around_mm, along_mm, depth_mm, threshold_ma, spread: as in `AxonScatter`.
+    """
+
+    share: float = 0.08
+    count: int = 16
+    around_mm: float = 3.0
+    along_mm: float = 5.0
+    depth_mm: float = 1.0
+    threshold_ma: float = 3.0
+    spread: float = 0.18
+
+    def __post_init__(self) -> None:
+        require_positive("axons.branch", self, "share", "count", "threshold_ma")
+        require_not_negative("axons.branch", self, "around_mm", "along_mm", "depth_mm", "spread")
+        if self.share >= 1.0:
+            raise InputError("axons.branch.share", f"{self.share:g}", "less than 1")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AxonScatter:
     """Distribution of a muscle's axons around its motor point, and of their thresholds.
 
@@ -142,6 +170,7 @@ class AxonScatter:
         nearer to the skin than `least_depth_mm`).
     threshold_ma: median effective current that excites an axon in a field of 1, mA.
     spread: standard deviation of its logarithm.
+    branch: further axons at the motor point, which take their share of the force; None: no such axons.
     """
 
     count: int = 64
@@ -151,27 +180,47 @@ class AxonScatter:
     least_depth_mm: float = 3.0
     threshold_ma: float = 4.0
     spread: float = 0.25
+    branch: MotorBranch | None = None
 
     def __post_init__(self) -> None:
         require_positive("axons", self, "count", "threshold_ma", "least_depth_mm")
-        if self.count > MOST_AXONS:
-            raise InputError("axons.count", f"{self.count}", f"at most {MOST_AXONS}")
+        if self.total > MOST_AXONS:
+            raise InputError("axons.count", f"{self.total}", f"at most {MOST_AXONS}, a branch included")
         require_not_negative("axons", self, "around_mm", "along_mm", "depth_mm", "spread")
 
+    @property
+    def total(self) -> int:
+        """Number of axons of a muscle: scattered ones, then those of the branch."""
+        return self.count + (self.branch.count if self.branch is not None else 0)
+
+    @property
+    def shares(self) -> Array:
+        """Share (total,) of each axon in the muscle's force."""
+        branch = 0.0 if self.branch is None else self.branch.share
+        of_branch = np.full(self.total - self.count, branch / max(self.total - self.count, 1))
+        return np.concatenate([np.full(self.count, (1.0 - branch) / self.count), of_branch])
+
     def draw(self, points: Sequence[MotorPoint], radius_mm: float, seed: int, name: str) -> Array:
-        """Random axons of each point's muscle, (points, count, 4): around, along, depth, mm, threshold, mA.
+        """Random axons of each point's muscle, (points, total, 4): around, along, depth, mm, threshold, mA.
 
         They depend on the seed, the block's name and the muscle alone, and are the same in every trial. A
         greater `count` keeps the first axons.
         """
-        spread = np.array([self.around_mm, self.along_mm, self.depth_mm, self.spread])
-        axons = np.empty((len(points), self.count, 4))
+        axons = np.empty((len(points), self.total, 4))
         for point, rows in zip(points, axons, strict=True):
-            stream = NoiseStream(stream_key(seed, f"{name}/axons/{point.muscle}", 0), 4)
-            around, along, depth, threshold = (
-                spread * np.stack([stream.row(axon) for axon in range(self.count)])).T
-            rows[:, AROUND] = math.radians(point.around_deg) * radius_mm + around
-            rows[:, ALONG] = point.along_mm + along
-            rows[:, DEPTH] = np.maximum(point.depth_mm + depth, self.least_depth_mm)
-            rows[:, THRESHOLD] = self.threshold_ma * np.exp(threshold)
+            self._fill(rows[:self.count], self, point, radius_mm, seed, f"{name}/axons/{point.muscle}")
+            if self.branch is not None:
+                self._fill(rows[self.count:], self.branch, point, radius_mm, seed,
+                           f"{name}/branch/{point.muscle}")
         return axons
+
+    def _fill(self, rows: Array, of: AxonScatter | MotorBranch, point: MotorPoint, radius_mm: float, seed: int,
+              name: str) -> None:
+        stream = NoiseStream(stream_key(seed, name, 0), 4)
+        spread = np.array([of.around_mm, of.along_mm, of.depth_mm, of.spread])
+        around, along, depth, threshold = (
+            spread * np.stack([stream.row(axon) for axon in range(len(rows))])).T
+        rows[:, AROUND] = math.radians(point.around_deg) * radius_mm + around
+        rows[:, ALONG] = point.along_mm + along
+        rows[:, DEPTH] = np.maximum(point.depth_mm + depth, self.least_depth_mm)
+        rows[:, THRESHOLD] = of.threshold_ma * np.exp(threshold)

@@ -108,13 +108,13 @@ def fire(pulses: Array, skin: Array, active: Flags, field: Array, chronaxie_s: f
 
 @compiled
 def recruit_muscles(
-    fired: Flags, hertz: Array, muscles: NDArray[np.int64], recruitment: Array, frequency: Array
+    fired: Flags, hertz: Array, muscles: NDArray[np.int64], shares: Array, recruitment: Array, frequency: Array
 ) -> None:
     """Fill `recruitment` and `frequency` of the `muscles` that have axons, from the groups that count.
 
-    `fired` (groups, axons), `hertz` (groups,), 0 for a group that no longer counts. Recruitment is the
-    fraction of a muscle's axons that any group fires; frequency is their mean rate, where an axon fired by
-    several groups has the sum of their rates.
+    `fired` (groups, axons), `hertz` (groups,), 0 for a group that no longer counts; `shares`, of each axon of
+    a muscle in its force. Recruitment is the share of a muscle's force whose axons any group fires; frequency
+    is their mean rate, where an axon fired by several groups has the sum of their rates.
     """
     rate = np.zeros(fired.shape[1])
     for g in range(hertz.size):
@@ -122,14 +122,15 @@ def recruit_muscles(
             row, share = fired[g], hertz[g]
             for i in range(rate.size):
                 rate[i] += share * row[i]
-    count = rate.size // muscles.size
     for m in range(muscles.size):
-        recruited, total = 0, 0.0
-        for i in range(m * count, (m + 1) * count):
-            recruited += rate[i] > 0.0
-            total += rate[i]
-        if recruited > 0:
-            recruitment[muscles[m]] = recruited / count
+        recruited, total = 0.0, 0.0
+        for k in range(shares.size):
+            hz = rate[m * shares.size + k]
+            if hz > 0.0:
+                recruited += shares[k]
+                total += shares[k] * hz
+        if recruited > 0.0:
+            recruitment[muscles[m]] = min(recruited, 1.0)
             frequency[muscles[m]] = total / recruited
 
 
@@ -140,6 +141,7 @@ class Forearm(NamedTuple):
     ----------
     axons: (axons, 5), in the order of muscles, in neutral rotation; columns as in `plants.electrodes.arrays`.
     muscles: numbers of the muscles that have axons.
+    shares: (axons of a muscle,), share of each in the muscle's force.
     circumference_mm: circumference of the forearm.
     reference_mm: depth at which the field under a pad is 1.
     chronaxie_s: chronaxie of the axons.
@@ -147,6 +149,7 @@ class Forearm(NamedTuple):
 
     axons: Array
     muscles: NDArray[np.int64]
+    shares: Array
     circumference_mm: float
     reference_mm: float
     chronaxie_s: float
@@ -228,7 +231,7 @@ class ElectrodesState:
         hertz = np.array([hertz if until > now_ns else 0.0
                           for hertz, until in zip(self.hertz, self.until_ns, strict=True)])
         recruitment, frequency = np.zeros(len(MUSCLES)), np.zeros(len(MUSCLES))
-        recruit_muscles(self.fired, hertz, self.forearm.muscles, recruitment, frequency)
+        recruit_muscles(self.fired, hertz, self.forearm.muscles, self.forearm.shares, recruitment, frequency)
         return recruitment, frequency
 
 
@@ -252,7 +255,7 @@ class Electrodes:
     `posture`, pronation of the forearm from neutral, rad, in place of `pronation_deg`; `skin` (elements,),
     factors on `skin_gain`; `shift` (2,), m, displacement of the arrays on the skin, around the forearm
     towards the radial side, and along it towards the wrist. Outputs, for the muscles in the order of
-    `fesloop.hand.movements`: `recruitment` (29,), fraction of the axons, 0 to 1, 0 for muscles of the hand;
+    `fesloop.hand.movements`: `recruitment` (29,), share of the force whose axons fire, 0 to 1, 0 for muscles of the hand;
     `frequency` (29,), Hz, mean rate of the recruited axons.
 
     Statuses: `bad_input` for a pulse that is negative, not finite or without a frequency (no pulse of its
@@ -363,7 +366,7 @@ class Electrodes:
 
     def init(self, context: Context) -> ElectrodesState:
         """State with the axons of this person, or of this run."""
-        points, count = self.motor_points, self.axons.count
+        points, count = self.motor_points, self.axons.total
         seed = context.seed if self.axon_seed is None else self.axon_seed
         axons = self.axons.draw(points, self.radius_mm, seed, context.name).reshape(-1, 4)
         if self.threshold:
@@ -373,8 +376,8 @@ class Electrodes:
         turns = np.repeat([share * point.along_mm for point in points], count)
         muscles = np.array([muscle(point.muscle) for point in points])
         forearm = Forearm(
-            np.column_stack((axons, turns)), muscles, 2.0 * math.pi * self.radius_mm, self.reference_mm,
-            1e-6 * self.chronaxie_us)
+            np.column_stack((axons, turns)), muscles, self.axons.shares, 2.0 * math.pi * self.radius_mm,
+            self.reference_mm, 1e-6 * self.chronaxie_us)
         period_s = context.clock.period_s if context.clock is not None else 0.0
         return ElectrodesState.of(forearm, period_s, self.places, self._own_gains())
 
