@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,8 +135,9 @@ MOTOR_POINTS = tuple(MotorPoint(muscle=name, around_deg=around, along_mm=along, 
 class MotorBranch:
     """Axons of a muscle that lie close together at its motor point, where the nerve enters it.
 
-    They are excited first, all within a small range of current: the steep recruitment that is seen in people
-    before the rest of the muscle responds. Sizes are fitted to five people (docs/models/people.md).
+    They are excited first, all within a small range of current: the steep recruitment of a small force that
+    five people show at comfortable currents (docs/models/people.md), before the rest of the muscle responds.
+    Share and threshold are chosen such that people's torques are met; spread: fitted to their courses.
 
     Attributes
     ----------
@@ -144,12 +145,12 @@ class MotorBranch:
     around_mm, along_mm, depth_mm, threshold_ma, spread: as in `AxonScatter`.
     """
 
-    share: float = 0.08
+    share: float = 0.07
     count: int = 16
     around_mm: float = 3.0
     along_mm: float = 5.0
     depth_mm: float = 1.0
-    threshold_ma: float = 3.0
+    threshold_ma: float = 2.2
     spread: float = 0.18
 
     def __post_init__(self) -> None:
@@ -178,9 +179,9 @@ class AxonScatter:
     along_mm: float = 12.0
     depth_mm: float = 2.0
     least_depth_mm: float = 3.0
-    threshold_ma: float = 4.0
+    threshold_ma: float = 5.3
     spread: float = 0.25
-    branch: MotorBranch | None = None
+    branch: MotorBranch | None = field(default_factory=MotorBranch)
 
     def __post_init__(self) -> None:
         require_positive("axons", self, "count", "threshold_ma", "least_depth_mm")
@@ -212,9 +213,11 @@ class AxonScatter:
             if self.branch is not None:
                 self._fill(rows[self.count:], self.branch, point, radius_mm, seed,
                            f"{name}/branch/{point.muscle}")
+        axons[..., DEPTH] = np.maximum(axons[..., DEPTH], self.least_depth_mm)
         return axons
 
-    def _fill(self, rows: Array, of: AxonScatter | MotorBranch, point: MotorPoint, radius_mm: float, seed: int,
+    @staticmethod
+    def _fill(rows: Array, of: AxonScatter | MotorBranch, point: MotorPoint, radius_mm: float, seed: int,
               name: str) -> None:
         stream = NoiseStream(stream_key(seed, name, 0), 4)
         spread = np.array([of.around_mm, of.along_mm, of.depth_mm, of.spread])
@@ -222,5 +225,5 @@ class AxonScatter:
             spread * np.stack([stream.row(axon) for axon in range(len(rows))])).T
         rows[:, AROUND] = math.radians(point.around_deg) * radius_mm + around
         rows[:, ALONG] = point.along_mm + along
-        rows[:, DEPTH] = np.maximum(point.depth_mm + depth, self.least_depth_mm)
+        rows[:, DEPTH] = point.depth_mm + depth
         rows[:, THRESHOLD] = of.threshold_ma * np.exp(threshold)

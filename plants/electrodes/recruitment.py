@@ -59,16 +59,15 @@ def find_active(pulses: Array, active: Flags) -> tuple[int, float]:
 
 @compiled
 def field_row(
-    element: Array, axons: Array, turn: float, circumference_mm: float, reference_mm: float, row: Array
+    element: Array, axons: Array, turn: float, circumference_mm: float, unit: float, row: Array
 ) -> None:
     """Fill `row` (axons,): effective current at each axon, relative to its threshold, for 1 mA of an element.
 
-    The field is ((d0^2 + a^2) / (d^2 + r^2 + a^2))^1.5 at depth d and distance r on the unrolled skin, with
-    the pad's size a; it is 1 directly under a pad at the reference depth d0. `element` (3,), `axons`
-    (axons, 5): see `plants.electrodes.arrays`; `turn`: forearm rotation, rad.
+    The field is (unit / (d^2 + r^2 + a^2))^1.5 at depth d and distance r on the unrolled skin, with the pad's
+    size a: a greater pad spreads its current. `unit`, mm^2: that sum where the field is 1. `element` (3,),
+    `axons` (axons, 5): see `plants.electrodes.arrays`; `turn`: forearm rotation, rad.
     """
     pad = element[SIZE] * element[SIZE]
-    unit = reference_mm * reference_mm + pad
     for i in range(axons.shape[0]):
         around = abs(axons[i, AROUND] + turn * axons[i, TURN] - element[AROUND]) % circumference_mm
         around = min(around, circumference_mm - around)
@@ -80,35 +79,39 @@ def field_row(
 @compiled
 def fill_rows(
     active: Flags, known: Flags, places: Array, axons: Array, turn: float, circumference_mm: float,
-    reference_mm: float, field: Array
+    unit: float, field: Array
 ) -> None:
     """Fill the unknown rows of `field` (elements, axons) of active elements."""
     for e in range(places.shape[0]):
         if active[e] and not known[e]:
-            field_row(places[e], axons, turn, circumference_mm, reference_mm, field[e])
+            field_row(places[e], axons, turn, circumference_mm, unit, field[e])
             known[e] = True
 
 
 @compiled
-def fire(pulses: Array, skin: Array, active: Flags, field: Array, chronaxie_s: float, fired: Flags) -> None:
+def fire(pulses: Array, skin: Array, active: Flags, field: Array, chronaxie_s: Array, fired: Flags) -> None:
     """Fill `fired` (axons,): whether simultaneous `pulses` (elements, 3) excite each axon.
 
-    An element's effective current is I / (1 + chronaxie / pulse width), times the `skin` gain (elements,).
+    An element's effective current is I / (1 + chronaxie / pulse width), times the `skin` gain (elements,);
+    `chronaxie_s` (muscles,), of equally many axons each.
     """
     drive = np.zeros(field.shape[1])
+    count = drive.size // chronaxie_s.size
     for e in range(pulses.shape[0]):
         if active[e]:
-            effective = 1e3 * skin[e] * pulses[e, CURRENT] / (1.0 + chronaxie_s / pulses[e, WIDTH])
             row = field[e]
-            for i in range(drive.size):
-                drive[i] += effective * row[i]
+            for m in range(chronaxie_s.size):
+                effective = 1e3 * skin[e] * pulses[e, CURRENT] / (1.0 + chronaxie_s[m] / pulses[e, WIDTH])
+                for i in range(m * count, (m + 1) * count):
+                    drive[i] += effective * row[i]
     for i in range(drive.size):
         fired[i] = drive[i] >= 1.0
 
 
 @compiled
 def recruit_muscles(
-    fired: Flags, hertz: Array, muscles: NDArray[np.int64], shares: Array, recruitment: Array, frequency: Array
+    fired: Flags, hertz: Array, muscles: NDArray[np.int64], shares: Array, recruitment: Array,
+    frequency: Array
 ) -> None:
     """Fill `recruitment` and `frequency` of the `muscles` that have axons, from the groups that count.
 
@@ -143,16 +146,16 @@ class Forearm(NamedTuple):
     muscles: numbers of the muscles that have axons.
     shares: (axons of a muscle,), share of each in the muscle's force.
     circumference_mm: circumference of the forearm.
-    reference_mm: depth at which the field under a pad is 1.
-    chronaxie_s: chronaxie of the axons.
+    unit: square of depth and pad's size, mm^2, where the field is 1.
+    chronaxie_s: (muscles that have axons,), chronaxie of their axons.
     """
 
     axons: Array
     muscles: NDArray[np.int64]
     shares: Array
     circumference_mm: float
-    reference_mm: float
-    chronaxie_s: float
+    unit: float
+    chronaxie_s: Array
 
 
 @dataclass(slots=True, eq=False)
@@ -210,7 +213,7 @@ class ElectrodesState:
         """
         forearm = self.forearm
         fill_rows(self.active, self.known, self.places, forearm.axons, turn, forearm.circumference_mm,
-                  forearm.reference_mm, self.fields)
+                  forearm.unit, self.fields)
         group = self._free_group(now_ns)
         fire(pulses, self.gains, self.active, self.fields, forearm.chronaxie_s, self.fired[group])
         self.until_ns[group] = now_ns + max(NS_PER_S / hertz, self.period_ns) - 0.5 * self.period_ns
@@ -255,7 +258,8 @@ class Electrodes:
     `posture`, pronation of the forearm from neutral, rad, in place of `pronation_deg`; `skin` (elements,),
     factors on `skin_gain`; `shift` (2,), m, displacement of the arrays on the skin, around the forearm
     towards the radial side, and along it towards the wrist. Outputs, for the muscles in the order of
-    `fesloop.hand.movements`: `recruitment` (29,), share of the force whose axons fire, 0 to 1, 0 for muscles of the hand;
+    `fesloop.hand.movements`: `recruitment` (29,), share of the force whose axons fire, 0 to 1,
+    0 for muscles of the hand;
     `frequency` (29,), Hz, mean rate of the recruited axons.
 
     Statuses: `bad_input` for a pulse that is negative, not finite or without a frequency (no pulse of its
@@ -272,13 +276,14 @@ class Electrodes:
     axon_seed: seed of the person's axons, in place of the run's seed.
     threshold: factors on the thresholds of the muscles' axons, in the order of `MUSCLES`; empty: 1.
     radius_mm, length_mm: measures of the forearm (chosen; length: an adult's from elbow to wrist).
-    reference_mm: depth at which the field under a pad is 1.
-    chronaxie_us: chronaxie of the axons.
+    reference_mm, reference_pad_mm: the field is 1 at this depth under a pad of this size.
+    chronaxie_us: chronaxie of the axons: median of three muscles of one person (docs/models/people.md).
+    chronaxie: factors on the chronaxie of the muscles' axons, in the order of `MUSCLES`; empty: 1.
     pronation_deg: pronation of the forearm since the arrays were put on, if `posture` has no wire; the hand's
         own forearm orientation has no effect here.
     pronation_share: fraction of forearm rotation that a motor point at the wrist follows; others in
-        proportion to their distance from the elbow. Pronation moves them towards the radial side (chosen,
-        sweep 0 to 0.7).
+        proportion to their distance from the elbow. Pronation moves them towards the radial side (chosen such
+        that torque changes with posture as in people: docs/models/people.md).
     posture_step_deg: step of forearm rotation at which the field is computed again (chosen).
     shift_mm, shift_deg: displacement of the arrays, towards the wrist and towards the radial side.
     skin_gain: fraction of each element's current that passes the skin; empty: 1.
@@ -292,9 +297,11 @@ class Electrodes:
     radius_mm: float = 40.0
     length_mm: float = 260.0
     reference_mm: float = 10.0
-    chronaxie_us: float = 200.0
+    reference_pad_mm: float = 7.0
+    chronaxie_us: float = 120.0
+    chronaxie: tuple[float, ...] = ()
     pronation_deg: float = 0.0
-    pronation_share: float = 0.35
+    pronation_share: float = 0.8
     posture_step_deg: float = 1.0
     shift_mm: float = 0.0
     shift_deg: float = 0.0
@@ -303,7 +310,7 @@ class Electrodes:
     def __post_init__(self) -> None:
         require_positive("electrodes", self, "radius_mm", "length_mm", "reference_mm", "chronaxie_us",
                          "posture_step_deg")
-        require_not_negative("electrodes", self, "pronation_share")
+        require_not_negative("electrodes", self, "pronation_share", "reference_pad_mm")
         require_shape("electrodes", self, (), "a number", "shift_mm", "shift_deg", "pronation_deg")
         if self.pronation_share > 1.0:
             raise InputError("electrodes.pronation_share", f"{self.pronation_share:g}", "0 to 1")
@@ -316,9 +323,10 @@ class Electrodes:
                 raise InputError(f"electrodes.motor_points {point.muscle}.along_mm", f"{point.along_mm:g}",
                                  f"at most length_mm, {self.length_mm:g}")
         self._require_arrays()
-        if self.threshold:
-            require_shape("electrodes", self, (len(MUSCLES),), "one a muscle", "threshold")
-            require_positive("electrodes", self, "threshold")
+        for factors in ("threshold", "chronaxie"):
+            if getattr(self, factors):
+                require_shape("electrodes", self, (len(MUSCLES),), "one a muscle", factors)
+                require_positive("electrodes", self, factors)
         if self.skin_gain:
             require_shape("electrodes", self, (self.elements,), "one an element", "skin_gain")
             require_not_negative("electrodes", self, "skin_gain")
@@ -369,15 +377,15 @@ class Electrodes:
         points, count = self.motor_points, self.axons.total
         seed = context.seed if self.axon_seed is None else self.axon_seed
         axons = self.axons.draw(points, self.radius_mm, seed, context.name).reshape(-1, 4)
+        muscles = np.array([muscle(point.muscle) for point in points])
         if self.threshold:
-            factors = [self.threshold[muscle(point.muscle)] for point in points]
-            axons[:, THRESHOLD] *= np.repeat(factors, count)
+            axons[:, THRESHOLD] *= np.repeat(np.array(self.threshold)[muscles], count)
+        chronaxie = np.array(self.chronaxie)[muscles] if self.chronaxie else np.ones(len(points))
         share = self.pronation_share * self.radius_mm / self.length_mm
         turns = np.repeat([share * point.along_mm for point in points], count)
-        muscles = np.array([muscle(point.muscle) for point in points])
         forearm = Forearm(
             np.column_stack((axons, turns)), muscles, self.axons.shares, 2.0 * math.pi * self.radius_mm,
-            self.reference_mm, 1e-6 * self.chronaxie_us)
+            self.reference_mm**2 + self.reference_pad_mm**2, 1e-6 * self.chronaxie_us * chronaxie)
         period_s = context.clock.period_s if context.clock is not None else 0.0
         return ElectrodesState.of(forearm, period_s, self.places, self._own_gains())
 

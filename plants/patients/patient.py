@@ -118,6 +118,7 @@ def electrodes(patient: Patient, elements: int) -> dict[str, Any]:
         "axons": replace(AxonScatter(), spread=recruitment.spread),
         "axon_seed": recruitment.axon_seed, "chronaxie_us": recruitment.chronaxie_us,
         "threshold": tuple(recruitment.threshold * recruitment.thresholds.get(name, 1.0) for name in MUSCLES),
+        "chronaxie": tuple(recruitment.chronaxies.get(name, 1.0) for name in MUSCLES),
         "shift_mm": place.along_mm + (scale - 1.0) * DORSAL.centre_mm, "shift_deg": place.around_deg,
         "skin_gain": skin_gains(patient, elements)}
 
@@ -406,7 +407,9 @@ def _recruitment(recruitment: Recruitment, spread: CohortSpread, draws: Draws) -
         recruitment, axon_seed=draws.new_seed("axons"),
         threshold=draws.scaled("threshold", recruitment.threshold, spread.threshold, limits["threshold"]),
         thresholds=draws.of_muscles("muscle threshold", recruitment.thresholds, spread.muscle_threshold,
-                                    limits["thresholds"]))
+                                    limits["thresholds"]),
+        chronaxies=draws.of_muscles("muscle chronaxie", recruitment.chronaxies, spread.muscle_chronaxie,
+                                    limits["chronaxies"]))
 
 
 def _voluntary(voluntary: Voluntary, spread: CohortSpread, draws: Draws) -> Voluntary:

@@ -28,7 +28,7 @@ LIMITS: dict[str, dict[str, Limits]] = {
     "strength": {"overall": (0.01, 3.0), "muscles": (0.01, 3.0), "denervated": (0.0, 1.0)},
     # (chosen: thresholds beyond these cannot be distinguished with 126 mA)
     "recruitment": {"threshold": (0.1, 10.0), "thresholds": (0.1, 10.0), "spread": (0.0, 1.0),
-                    "chronaxie_us": (20.0, 2000.0), "axon_seed": (0.0, 2.0**53)},
+                    "chronaxie_us": (20.0, 2000.0), "chronaxies": (0.1, 10.0), "axon_seed": (0.0, 2.0**53)},
     # Delay: 10-20 ms in models, 40-140 measured at the wrist; speed: models are off by up to 5 times from
     # 20-25 rad/s (Hunt 1998).
     "muscle": {"delay_ms": (5.0, 200.0), "natural_rad_s": (4.0, 125.0), "fusion_hz": (2.0, 50.0)},
@@ -255,17 +255,19 @@ class Recruitment:
     thresholds: further factors for single muscles.
     spread: standard deviation of the logarithm of thresholds within a muscle.
     chronaxie_us: chronaxie of the axons.
+    chronaxies: factors on it for single muscles.
     axon_seed: seed of the axons' positions, which differs between persons.
     """
 
     threshold: float = 1.0
     thresholds: dict[str, float] = field(default_factory=dict)
     spread: float = 0.25
-    chronaxie_us: float = 200.0
+    chronaxie_us: float = 120.0
+    chronaxies: dict[str, float] = field(default_factory=dict)
     axon_seed: int = 0
 
     def __post_init__(self) -> None:
-        refuse("recruitment", self, LIMITS["recruitment"], "thresholds")
+        refuse("recruitment", self, LIMITS["recruitment"], "thresholds", "chronaxies")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -468,7 +470,7 @@ class CohortSpread:
     hand_mm, forearm_radius_mm: in mm. delay_ms: in ms. tremor_hz: in Hz. voluntary: of greatest efforts above
         0. denervated: of fractions above 0. All others are of logarithms:
     strength, muscle_strength: strength of all muscles together, and in addition of each muscle.
-    threshold, muscle_threshold: likewise.
+    threshold, muscle_threshold: likewise. muscle_chronaxie: chronaxie of each muscle.
     natural, endurance, mcp, spasticity: natural frequency, endurance, MCP stiffness, reflex gain.
     length, joint_mm, axis_deg, width_mm: bones' lengths, first joints of the digits (each direction), tilt of
         each joint's axes (root mean square), and width of the hand, mm.
@@ -483,6 +485,7 @@ class CohortSpread:
     denervated: float = 0.0
     threshold: float = 0.0
     muscle_threshold: float = 0.0
+    muscle_chronaxie: float = 0.0
     delay_ms: float = 0.0
     natural: float = 0.0
     endurance: float = 0.0
