@@ -454,11 +454,56 @@ def postures(found: Reproduction) -> Figure | None:
     return figure
 
 
+def unfitted(found: Reproduction) -> Figure | None:
+    """Draw torque at the held wrist by muscle: people black, members of the virtual patient blue.
+
+    Above, means over postures, a dot a person, and the mean of the group; below, flexion by posture, mean and
+    standard deviation of the group.
+    """
+    kept = found.curves.get("unfitted")
+    if not kept:
+        return None
+    names = kept["muscles"]
+    figure = _figure(11.0, 7.0)
+    grid = figure.add_gridspec(2, 1)
+    above, below = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
+    groups = (("theirs", "people", "black", -0.16), ("ours", "members", BLUE, 0.16))
+    for j, axes in enumerate(above.subplots(1, 2)):
+        for key, who, colour, shift in groups:
+            values = kept[f"{key}_nm"][:, :, j]
+            beside = shift + 0.1 * np.linspace(-1.0, 1.0, len(values))[:, np.newaxis]
+            axes.plot((np.arange(len(names)) + beside).ravel(), values.ravel(), "o", color=colour, alpha=0.6,
+                      markersize=4, markeredgewidth=0.0, label=f"{key}, {len(values)} {who}")
+            axes.hlines(np.nanmean(values, axis=0), np.arange(len(names)) + shift - 0.14,
+                        np.arange(len(names)) + shift + 0.14, color=colour, linewidth=2)
+        axes.axhline(0.0, color="0.7", linewidth=0.6, zorder=0)
+        axes.set_xticks(range(len(names)), names)
+        _tidy(axes, y="N m", title=("evoked flexion, mean over postures",
+                                    "evoked radial deviation, mean over postures")[j])
+    above.axes[0].legend(frameon=False, fontsize="small")
+    labels = ["".join(sign[k > 0] for sign, k in zip(("sp", "ef", "ur"), each, strict=True))
+              for each in kept["postures"]]
+    for m, axes in enumerate(below.subplots(1, len(names))):
+        for key, _, colour, shift in groups:
+            values = kept[f"{key}_by_posture_nm"][:, m, :, 0]
+            values = values[np.isfinite(values).all(axis=1)]
+            if len(values):
+                axes.errorbar(np.arange(len(labels)) + 0.5 * shift, values.mean(axis=0),
+                              yerr=values.std(axis=0), fmt="o-", color=colour, markersize=3, linewidth=1.0,
+                              elinewidth=0.6)
+        axes.axhline(0.0, color="0.7", linewidth=0.6, zorder=0)
+        axes.set_xticks(range(len(labels)), labels, rotation=90, fontsize="small")
+        _tidy(axes, y="flexion, N m" if m == 0 else "", title=names[m])
+    below.supxlabel("posture: forearm supinated or pronated, wrist extended or flexed, ulnar or radial",
+                    fontsize="small")
+    return figure
+
+
 _OF_PAPER: dict[str, dict[str, Any]] = {
     "array_search": {"maps": maps, "progress": progress},
     "grasp_mpc": {"latency": latency},
     "hour": {"hour": hour},
-    "people": {"postures": postures, "rats": rats, "biceps": biceps},
+    "people": {"postures": postures, "unfitted": unfitted, "rats": rats, "biceps": biceps},
     "linear_theory": {"beside_theory": beside_theory},
     "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,

@@ -13,7 +13,7 @@ from typing import Any
 
 from fesloop.apps.reproduce.cohort import Progress
 from fesloop.apps.reproduce.comparison import Row
-from fesloop.apps.reproduce.people import bench, evoked, muscle, trains
+from fesloop.apps.reproduce.people import bench, evoked, muscle, trains, unfitted
 from fesloop.apps.reproduce.people.part import Part
 from fesloop.apps.reproduce.result import Reproduction, Sweep
 from fesloop.errors import InputError
@@ -23,10 +23,11 @@ SUBJECTS = 1000
 
 
 def fes_exo(folder: Path, random_people: int) -> Part:
-    """Steady torque by posture, then dynamics and recruitment, of arms in an exoskeleton."""
-    steady, courses = evoked.rows_and_sweeps(folder, random_people), bench.part(folder, random_people)
-    return Part([*steady.rows, *courses.rows], {**steady.sweeps, **courses.sweeps},
-                {**steady.curves, **courses.curves})
+    """Steady torque by posture, the virtual patient's, and dynamics and recruitment, of arms in a device."""
+    every = [each(folder, random_people) for each in (evoked.rows_and_sweeps, unfitted.part, bench.part)]
+    return Part([row for each in every for row in each.rows],
+                {name: sweep for each in every for name, sweep in each.sweeps.items()},
+                {name: curve for each in every for name, curve in each.curves.items()})
 
 
 PARTS: dict[str, Callable[[Path, int], Part]] = {

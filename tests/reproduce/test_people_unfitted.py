@@ -1,0 +1,184 @@
+"""Tests of unfitted members in the experiment of recorded people: arm, device, and comparison."""
+
+from itertools import product
+
+import mujoco
+import numpy as np
+import pytest
+
+from fesloop.apps.reproduce.people import unfitted
+from fesloop.apps.reproduce.people.unfitted import Arm, Evoked, Pads, compared, evoked_of, passed
+from fesloop.hand.movements import MUSCLES, muscle
+from fesloop.streams.stimulation.recording import PASSIVE, SteadyTrials, StimulationRecording
+
+JOINTS = ("elbow_flexion", "forearm_pronation", "wrist_flexion", "wrist_radial_deviation")
+ELECTRODES = tuple(Pads().muscles)
+
+
+def recorded(torque_nm, repeats=2, current_a=0.03, width_s=2e-4, muscles=ELECTRODES[:1]):
+    """A recording in eight postures; the device reads minus `torque_nm`, (rows, 4), of signs and repeats."""
+    rows = [(posture, repeat, m) for repeat in range(repeats) for posture in product((-1, 1), repeat=3)
+            for m in range(PASSIVE, len(muscles))]
+    signs = np.array([posture for posture, _, _ in rows])
+    on = np.array([m != PASSIVE for _, _, m in rows])
+    reference = np.column_stack([np.zeros(len(rows)), np.deg2rad([40.0, 10.0, 10.0]) * signs])
+    device, unknown = np.zeros((len(rows), 4)), np.full((len(rows), 4), np.nan)
+    device[on] = -torque_nm(signs[on], np.array([repeat for _, repeat, _ in rows])[on])
+    visits = {each: number for number, each in enumerate(dict.fromkeys(row[:2] for row in rows))}
+    steady = SteadyTrials(
+        muscle=np.array([m for _, _, m in rows]), visit=np.array([visits[row[:2]] for row in rows]),
+        posture=np.array(["".join("01"[s > 0] for s in posture) for posture, _, _ in rows]),
+        order=np.array([m + 1 for _, _, m in rows]), repeat=np.array([repeat for _, repeat, _ in rows]),
+        time_s=np.arange(len(rows), dtype=float), reference_rad=reference, angle_rad=reference.copy(),
+        pulse_width_s=on * width_s, current_a=on * current_a, device_torque_nm=device,
+        device_torque_sd_nm=unknown.copy(), creep_nm=unknown.copy(), stiffness_nm_rad=unknown,
+        baseline="passive")
+    each = np.full(len(muscles), np.nan)
+    return StimulationRecording(
+        person="P1", side="right", muscles=muscles, joints=JOINTS, zero_rad=np.zeros(4),
+        friction_nm=np.full(4, np.nan), frequency_hz=40.0, lowest_width_s=each, highest_width_s=each.copy(),
+        width_current_a=each.copy(), source="made up", source_format="table", notes="", steady=steady)
+
+
+def test_means_and_changes_with_posture_are_of_cells_without_the_scatter_of_repeats():
+    def torque(signs, repeats):
+        scatter = np.where(repeats == 0, -0.3, 0.3)
+        return np.column_stack([scatter * 0, scatter * 0, 1.0 + 0.4 * signs[:, 1] + scatter, signs[:, 2]])
+
+    recording = recorded(torque)
+    found = evoked_of(recording, recording.steady.evoked_nm[:, 2:], ELECTRODES)
+    assert found.mean[0] == pytest.approx([1.0, 0.0], abs=1e-12)
+    # .4 over eight postures, half of which are + and half -; repeats of variance .18 average to .09 a cell
+    assert found.change[0] == pytest.approx([np.sqrt(8 / 7 * 0.16 - 0.09), np.sqrt(8 / 7)])
+    assert np.isnan(found.mean[1:]).all()
+    shown = unfitted.postures_shown()
+    assert found.by_posture[0, :, 0] == pytest.approx([1.0 + 0.4 * w for _, w, _ in shown])
+    assert found.by_posture[0, :, 1] == pytest.approx([r for _, _, r in shown])
+
+
+def test_friction_hides_what_it_would_hide_in_the_order_of_the_trials():
+    torque = np.array([[0.02, 0.02], [-0.5, 0.0], [1.0, 0.0], [0.01, 0.0], [0.2, -0.2]])
+    visit, order = np.array([0, 0, 0, 1, 1]), np.array([1, 2, 0, 0, 1])
+    found = passed(torque, visit, order)
+    # visit 0: 1.0 reads .97; on the way back to 0 it stays at .03, where .02 leaves it; then -.5 reads -.47
+    assert found[:, 0] == pytest.approx([0.03, -0.47, 0.97, 0.0, 0.17])
+    assert found[:, 1] == pytest.approx([0.0, 0.0, 0.0, 0.0, -0.17])
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return Arm(3, Pads())
+
+
+def test_pulses_of_a_pad_recruit_alone_and_alike(arm):
+    given = (0, 0.025, 2e-4, 40.0, 0.0)
+    weak, strong = arm.recruitment(0, 1e-4, 2e-4, 40.0, 0.0)[0], arm.recruitment(0, 2.0, 1e-3, 40.0, 0.0)[0]
+    assert not weak.any()
+    assert strong[muscle("FCR")] == pytest.approx(1.0)
+    first, hertz = arm.recruitment(*given)
+    elsewhere, _ = arm.recruitment(3, *given[1:])
+    again, _ = arm.recruitment(*given)
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, elsewhere)
+    assert first[muscle("FCR")] > 0.0
+    assert hertz[muscle("FCR")] == pytest.approx(40.0)
+
+
+def test_pads_without_error_are_over_the_average_persons_motor_points():
+    from plants.electrodes.arrays import MOTOR_POINTS
+    from plants.patients.files import load
+
+    patient = load("able_bodied").member(cohort=1, number=5)
+    block = Arm(5, Pads(error_mm=0.0))._block
+    scale = block.length_mm / 260.0
+    assert block.length_mm == patient.electrodes(4)["length_mm"]
+    points = {point.muscle: (np.deg2rad(point.around_deg) * block.radius_mm, scale * point.along_mm)
+              for point in MOTOR_POINTS}
+    points["ECRL"] = np.deg2rad(30.0) * block.radius_mm, scale * 86.0
+    expected = [points[name] for name in ("FCR", "PL", "FCU", "ECRL")]
+    assert block.places[:, :2] == pytest.approx(np.array(expected))
+    assert block.places[:, 2] == pytest.approx(12.0)
+    near, far = ([Arm(number, Pads(error_mm=mm))._block.places for number in range(8)] for mm in (0.0, 4.0))
+    assert 3.0 < np.subtract(far, near)[:, :, :2].std() < 5.0
+
+
+def test_torque_is_tendon_force_times_moment_arm(arm):
+    """The moment is the force that MuJoCo states, times minus the slope of the muscle's length."""
+    activation = np.zeros(len(MUSCLES))
+    activation[muscle("FCR")] = 0.4
+    flexion, radial = 0.3, -0.1
+    found = arm.torque_nm(activation, flexion, radial)
+    model, data = arm._model, arm._data
+    angles = [data.joint(name).qpos[0] for name in ("wrist_flexion", "wrist_abduction")]
+    assert angles == pytest.approx([flexion, -radial])
+    force = data.actuator_force[muscle("FCR")]
+    data.ctrl[:] = 0.0
+    mujoco.mj_forward(model, data)
+    force -= data.actuator_force[muscle("FCR")]
+
+    def length(joint, change):
+        data.qpos[model.joint(joint).qposadr[0]] += change
+        mujoco.mj_forward(model, data)
+        value = data.actuator_length[muscle("FCR")]
+        data.qpos[model.joint(joint).qposadr[0]] -= change
+        return value
+
+    slopes = [(length(joint, 1e-4) - length(joint, -1e-4)) / 2e-4
+              for joint in ("wrist_flexion", "wrist_abduction")]
+    assert found == pytest.approx([force * slopes[0], -force * slopes[1]], rel=1e-4)
+    assert found[0] > 0.1
+
+
+def test_steady_activation_is_that_of_40_hz(arm):
+    recruited = np.zeros(len(MUSCLES))
+    recruited[3] = 0.5
+    activation = arm.activation(recruited, np.full(len(MUSCLES), 40.0))
+    fusion = arm._muscles.fusion_hz
+    assert activation[3] == pytest.approx(0.5 * 40.0**2 / (40.0**2 + fusion**2), rel=1e-4)
+    assert not np.delete(activation, 3).any()
+
+
+def test_a_member_is_read_as_a_person_is():
+    """Without pulses the member evokes nothing; with strong ones FCR flexes, and repeats are alike."""
+    nothing = recorded(lambda signs, repeats: np.zeros((len(signs), 4)), width_s=1e-6)
+    assert not unfitted.simulated(nothing, 0, Pads()).mean[0].any()
+    strong = recorded(lambda signs, repeats: np.zeros((len(signs), 4)), current_a=0.1, width_s=5e-4)
+    found = unfitted.simulated(strong, 0, Pads())
+    assert found.mean[0, 0] > 0.5
+    assert np.isnan(found.mean[1:]).all()
+    assert 0.0 < found.recruited[0, muscle("FCR")] <= 1.0
+
+
+def evoked(flexion, radial, change):
+    """Ones with a mean of all electrodes, and their change with posture."""
+    mean = np.tile([flexion, radial], (4, 1))
+    return Evoked(mean, np.full((4, 2), change), np.zeros((4, 8, 2)), np.zeros((4, len(MUSCLES))))
+
+
+@pytest.mark.parametrize(("scale", "radial", "change", "spread", "failing"), [
+    (1.9, 0.5, 0.7, 1.4, []), (2.1, 0.5, 0.7, 1.4, ["mean"]), (0.45, 0.2, 0.7, 1.4, ["mean"]),
+    (-1.0, 0.5, 0.7, 1.0, ["mean"]), (1.0, 1.1, 0.7, 1.0, ["over flexion"]),
+    (1.0, 0.5, 0.29, 1.0, ["over mean"]), (1.0, 0.5, 0.7, 1.6, ["ours over theirs"]),
+    (1.0, 0.5, 0.7, 0.6, ["ours over theirs"])])
+def test_bars(scale, radial, change, spread, failing):
+    theirs = [evoked(1.0 + off, 0.1, 0.5) for off in (-0.2, 0.0, 0.2)]
+    ours = [evoked(scale + spread * off, radial, change) for off in (-0.2, 0.0, 0.2)]
+    rows = compared(theirs, ours, Pads()).rows
+    assert len(rows) == 15
+    broken = {row.row for row in rows if not row.holds}
+    assert all(any(name in row for name in failing) for row in broken)
+    assert all(any(name in row for row in broken) for name in failing)
+    if failing == ["mean"]:
+        assert {row.split(":")[0] for row in broken} == {"FCR", "PL", "ECRL"}
+
+
+@pytest.mark.slow
+def test_people_have_the_torques_that_another_script_finds(recordings):
+    """The means and spreads over five people, of an independent script on the same recordings."""
+    found = unfitted.part(recordings / "fes_exo", 0)
+    theirs = {row.row: row.theirs for row in found.rows}
+    assert theirs["FCR: flexion, mean (sd over people)"].startswith("+0.085 (0.070)")
+    assert theirs["ECRL: flexion, mean (sd over people)"].startswith("-0.139 (0.075)")
+    assert theirs["FCU: radial deviation, mean (sd over people)"].startswith("+0.004 (0.006)")
+    assert theirs["PL: flexion, sd over postures over mean"].startswith("0.68")
+    assert found.curves["unfitted"]["ours_nm"].shape == (unfitted.MEMBERS, 4, 2)
