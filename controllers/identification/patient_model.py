@@ -60,7 +60,7 @@ def effective_ma(width_s: Array, current_ma: float, chronaxie_us: float) -> Arra
 
 
 def fit_recruitment(width_s: Array, current_ma: float, measured: Array, period_s: float, *,
-                    chronaxie_us: float = 200.0, least_moved: float = 0.0) -> RecruitmentFit:
+                    chronaxie_us: float = 122.0, least_moved: float = 0.0) -> RecruitmentFit:
     """Fit the recruitment curve to a record of one channel.
 
     Parameters
@@ -69,7 +69,7 @@ def fit_recruitment(width_s: Array, current_ma: float, measured: Array, period_s
     current_ma: current of the channel.
     measured: (n, m), y at the ticks.
     period_s: period of the ticks.
-    chronaxie_us: known chronaxie: at a single current it cannot be separated from the threshold.
+    chronaxie_us: chronaxie, at a single current not separable from the threshold (the electrodes' default).
     least_moved: least peak-to-peak movement of an output, in its units, that counts as a response.
 
     Raises InputError without a pulse or a response.
@@ -201,14 +201,14 @@ class Identified:
 
 
 def identify(record: IdentificationRecord, *, method: Method = "subspace", held_out: float = 1.0 / 3.0,
-             chronaxie_us: float = 200.0, least_moved: float = LEAST_MOVED) -> Identified:
+             chronaxie_us: float = 122.0, least_moved: float = LEAST_MOVED) -> Identified:
     """Identify the model of a record.
 
     Parameters
     ----------
     method: method of `identify_dynamics`.
     held_out: share of the binary part, at its end, that is not used for fitting.
-    chronaxie_us: known chronaxie: at a single current it cannot be separated from the threshold.
+    chronaxie_us: chronaxie, at a single current not separable from the threshold (the electrodes' default).
     least_moved: least movement that counts as a response, in the units of the outputs.
 
     Raises InputError for a channel without a response, a record that is too short, or no stable model.

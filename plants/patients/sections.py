@@ -262,7 +262,7 @@ class Recruitment:
     threshold: float = 1.0
     thresholds: dict[str, float] = field(default_factory=dict)
     spread: float = 0.25
-    chronaxie_us: float = 120.0
+    chronaxie_us: float = 122.0
     chronaxies: dict[str, float] = field(default_factory=dict)
     axon_seed: int = 0
 

@@ -18,6 +18,7 @@ from fesloop.models.linear_model import LinearModel
 from plants.finger import Finger
 
 FINE = 25_000_000
+FINGERS_US = Finger().recruitment.chronaxie_us
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +28,7 @@ def record():
 
 @pytest.fixture(scope="module")
 def identified(record):
-    return identify(record)
+    return identify(record, chronaxie_us=FINGERS_US)
 
 
 @pytest.mark.slow
@@ -49,7 +50,7 @@ def test_recovers_the_fingers_dynamics(identified):
 def test_predicts_what_it_was_not_fitted_to(identified, record):
     assert min(identified.fit["free_run"].values()) > 95.0
     assert identified.held_out_s == pytest.approx(15.0)
-    by_fir = identify(record, method="fir")
+    by_fir = identify(record, method="fir", chronaxie_us=FINGERS_US)
     assert min(by_fir.fit["free_run"].values()) > 90.0
 
 
@@ -57,7 +58,8 @@ def test_a_ramp_does_as_well_as_stairs():
     short = finger_record(Finger(), recruitment="ramp", prbs_s=0.2)
     for channel, threshold in enumerate(Finger().recruitment.threshold_ma):
         rows = short.phase == channel
-        found = fit_recruitment(short.stimulation[rows, channel, 1], 40.0, short.measured[rows], 0.02)
+        found = fit_recruitment(short.stimulation[rows, channel, 1], 40.0, short.measured[rows], 0.02,
+                                chronaxie_us=FINGERS_US)
         assert found.threshold_ma == pytest.approx(threshold, rel=0.05)
 
 
@@ -66,7 +68,7 @@ def test_isometric_force_gives_the_curve_as_motion_does():
     width = np.repeat(np.linspace(50e-6, 400e-6, 8), 25)
     fraction = np.array([Finger().recruitment.fraction(np.tile([0.04, w], (4, 1)))[0] for w in width])
     force = 3.0 * lagged(fraction, 0.04, 0.02)[:, np.newaxis]
-    found = fit_recruitment(width, 40.0, force, 0.02)
+    found = fit_recruitment(width, 40.0, force, 0.02, chronaxie_us=FINGERS_US)
     assert found.threshold_ma == pytest.approx(12.0, rel=0.01)
     assert found.spread == pytest.approx(0.35, rel=0.03)
     assert found.lag_s == pytest.approx(0.04, rel=0.03)
@@ -78,7 +80,7 @@ def test_a_half_that_lies_beyond_the_strongest_pulse_is_marked_as_at_the_bound(h
     width = np.repeat(np.linspace(50e-6, 400e-6, 8), 25)
     effective = 40.0 * width / (width + 200e-6)
     force = 3.0 * lagged(ndtr(np.log(effective / half_ma) / 0.35), 0.04, 0.02)[:, np.newaxis]
-    found = fit_recruitment(width, 40.0, force, 0.02)
+    found = fit_recruitment(width, 40.0, force, 0.02, chronaxie_us=FINGERS_US)
     assert found.at_bound.get("threshold_ma") == end
     assert (found.threshold_ma > 0.99 * effective.max()) == (end is not None)
 

@@ -70,7 +70,7 @@ def brute_force(electrodes, seed, pulses, pronation=0.0):
             away = radius * np.angle(np.exp(1j * ((around - at) / radius + turn)))
             distance = np.hypot(away, along - place)
             field = ((10.0**2 + 7.0**2) / (depth**2 + distance**2 + pad**2)) ** 1.5
-            drive += 1e3 * current / (1.0 + 120e-6 / width) * field
+            drive += 1e3 * current / (1.0 + 122e-6 / width) * field
         recruited[MUSCLES.index(point.muscle)] = electrodes.axons.shares @ (drive >= threshold)
     return recruited
 
@@ -118,7 +118,7 @@ def currents_for(person, share, electrodes=SHIPPED):
     at, place, pad = (electrodes.places[:, k, np.newaxis, np.newaxis] for k in range(3))
     away = 40.0 * np.angle(np.exp(1j * (around - at) / 40.0))
     field = ((100.0 + 7.0**2) / (depth**2 + away**2 + (along - place) ** 2 + pad**2)) ** 1.5
-    return np.quantile(threshold / field * (1.0 + 120.0 / 300.0), share, axis=2,
+    return np.quantile(threshold / field * (1.0 + 122.0 / 300.0), share, axis=2,
                        weights=electrodes.axons.shares, method="inverted_cdf")
 
 
@@ -341,7 +341,7 @@ def test_a_muscles_own_chronaxie_acts_as_its_strength_duration_curve_says(factor
     at, factors = MUSCLES.index("FCR"), [1.0] * len(MUSCLES)
     factors[at] = factor
     own = Worn(over_motor_point("FCR", chronaxie=tuple(factors)))({0: (current, width, 40.0)})[0]
-    usual = current * (1.0 + 120e-6 / width) / (1.0 + factor * 120e-6 / width)
+    usual = current * (1.0 + 122e-6 / width) / (1.0 + factor * 122e-6 / width)
     expected = Worn(over_motor_point("FCR"))({0: (usual, width, 40.0)})[0]
     assert own[at] == pytest.approx(expected[at], abs=1.01 / SHIPPED.axons.count)  # one axon on the brink
     same = Worn(over_motor_point("FCR"))({0: (current, width, 40.0)})[0]
