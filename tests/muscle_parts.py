@@ -6,7 +6,7 @@ from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.muscles import Muscles
 from plants.muscles.ding import Ding2003, Ding2003Fatigue
-from plants.muscles.lags import MuscleFatigue
+from plants.muscles.lags import Hammerstein, MuscleFatigue
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex
 
 MS = 1_000_000
@@ -28,9 +28,16 @@ def tiring(model, **parameters):
     return Muscles(model=model, fatigue=MuscleFatigue(), **parameters)
 
 
+def own(middle, spread):
+    """A number of each muscle's own around a middle, but for the first five."""
+    return {name: middle + spread * np.sin(1.7 * k) for k, name in enumerate(MUSCLES) if k >= 5}
+
+
 def patient(model):
     """Muscles with everything that a patient may have."""
-    return tiring(model, reflex=StretchReflex(), tremor=MuscleTremor(), delay_growth=2.0)
+    return tiring(model, reflex=StretchReflex(), tremor=MuscleTremor(), delay_growth=2.0,
+                  delay_ms=20.0, delays_ms=own(20.0, 15.0), naturals_rad_s=own(25.0, 15.0),
+                  hammerstein=Hammerstein(activation_rad_s=25.0, activations_rad_s=own(25.0, 15.0)))
 
 
 def simulate(muscles, schedule, stops_ns, state=None):

@@ -207,7 +207,7 @@ class Excitation:
     stairs, stair_s: number of stairs and duration of one; a ramp lasts as long as all stairs.
     rest_s: rest after each channel.
     prbs_s, bit_s: duration of the binary part and of a bit (chosen: a bit of .2 s, the rise time of muscle,
-        133 ms at 25 rad/s, and a little more).
+        .21 s at 16 rad/s).
 
     Input, for a search or `answer_deg` only: `measured` (m,), rad. Outputs: `stimulation` (channels, 2), A
     and s; `phase`: number of the channel on its stairs or its rest after them; the number of channels while

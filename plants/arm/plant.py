@@ -44,7 +44,8 @@ def hold(
     constant plus (Z + X t / lag) exp(-t / lag), with one extremum at lag (1 - Z / X). The play is exact if it
     passes this and the end.
     """
-    settle_lags(levels, drive, lag_s, lag_s, elapsed_s, after)
+    lags_s = np.full(drive.size, lag_s)
+    settle_lags(levels, drive, lags_s, lags_s, elapsed_s, after)
     for j in range(torque.shape[1]):
         settled, first, second, now = 0.0, 0.0, 0.0, 0.0
         for e in range(drive.size):

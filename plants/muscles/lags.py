@@ -7,6 +7,7 @@ activation are two different ones.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from fesloop.errors import InputError
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 from plants.checks import require_not_negative, require_positive
+from plants.muscles.by_name import each_muscle
 
 Array = NDArray[np.float64]
 FASTEST_HZ = 100.0
@@ -152,23 +154,25 @@ UNTIRED.flags.writeable = False
 
 @compiled
 def settle_lags(
-    levels: Array, drive: Array, first_s: float, second_s: float, elapsed_s: float, after: Array
+    levels: Array, drive: Array, first_s: Array, second_s: Array, elapsed_s: float, after: Array
 ) -> None:
     """Fill `after` (2, n) with the levels of the lags `elapsed_s` after `levels` (2, n).
 
-    c' = (drive - c) / first_s,  a' = (c - a) / second_s,  with constant `drive` (n,).
+    c' = (drive - c) / first_s,  a' = (c - a) / second_s,  with constant `drive` (n,) and lags (n,).
     """
-    first, second = math.exp(-elapsed_s / first_s), math.exp(-elapsed_s / second_s)
-    apart = elapsed_s * (first_s - second_s) / (first_s * second_s)
-    # The integral of both exponentials, written so that it stays exact as the lags become equal.
-    if apart > 0.0:
-        passed = -first * math.expm1(-apart) / apart
-    elif apart < 0.0:
-        passed = second * math.expm1(apart) / apart
-    else:
-        passed = first
-    passed *= elapsed_s / second_s
+    first, second, passed = 1.0, 1.0, 0.0
     for i in range(drive.size):
+        if i == 0 or first_s[i] != first_s[i - 1] or second_s[i] != second_s[i - 1]:
+            first, second = math.exp(-elapsed_s / first_s[i]), math.exp(-elapsed_s / second_s[i])
+            apart = elapsed_s * (first_s[i] - second_s[i]) / (first_s[i] * second_s[i])
+            # The integral of both exponentials, written so that it stays exact as the lags become equal.
+            if apart > 0.0:
+                passed = -first * math.expm1(-apart) / apart
+            elif apart < 0.0:
+                passed = second * math.expm1(apart) / apart
+            else:
+                passed = first
+            passed *= elapsed_s / second_s[i]
         short = levels[0, i] - drive[i]
         after[0, i] = drive[i] + short * first
         after[1, i] = drive[i] + (levels[1, i] - drive[i]) * second + short * passed
@@ -196,15 +200,15 @@ class LagState:
         return ahead
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class TwoLags:
-    """Activation of all muscles by two lags in series.
+    """Activation of all muscles by two lags (muscles,) in series, s.
 
     The state stays at the last change of the drive, so observations do not split it.
     """
 
-    first_s: float
-    second_s: float
+    first_s: Array
+    second_s: Array
 
     def start(self) -> LagState:
         """State at rest."""
@@ -235,23 +239,38 @@ class TwoLags:
         return after
 
 
+def lags_s(usual_rad_s: float, own_rad_s: Mapping[str, float], where: str) -> Array:
+    """Lags (muscles,) of critically damped systems with these natural frequencies, the same for both, s."""
+    for name, number in own_rad_s.items():
+        if not (math.isfinite(number) and number > 0.0):
+            raise InputError(f"{where}.{name}", f"{number}", "a finite number above 0")
+    lags: Array = 1.0 / each_muscle(usual_rad_s, own_rad_s, where)
+    return lags
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hammerstein:
     """Linear activation dynamics behind static recruitment, a'' + 2 w a' + w^2 a = w^2 drive.
 
     Attributes
     ----------
-    activation_rad_s: w (20-25 in grip-force data; a muscle then rises from 10 to 90 % in 0.134 s).
+    activation_rad_s: w (16, the middle of stimulated muscles of elbow and forearm: docs/models/people.md; a
+        muscle then rises from 10 to 90 % in 0.21 s).
+    activations_rad_s: w of single muscles by name, in place of it.
     """
 
-    activation_rad_s: float = 25.0
+    activation_rad_s: float = 16.0
+    activations_rad_s: dict[str, float] = field(default_factory=dict)
+    _lags_s: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_positive("hammerstein", self, "activation_rad_s")
+        object.__setattr__(self, "_lags_s", lags_s(
+            self.activation_rad_s, self.activations_rad_s, "hammerstein.activations_rad_s"))
 
     def contraction(self) -> TwoLags:
         """The dynamics."""
-        return TwoLags(1.0 / self.activation_rad_s, 1.0 / self.activation_rad_s)
+        return TwoLags(self._lags_s, self._lags_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -271,12 +290,12 @@ class Riener:
 
     def contraction(self) -> TwoLags:
         """The dynamics."""
-        return TwoLags(1e-3 * self.calcium_ms, 1e-3 * self.activation_ms)
+        return TwoLags(*(np.full(len(MUSCLES), 1e-3 * lag) for lag in (self.calcium_ms, self.activation_ms)))
 
 
 @compiled
 def follow(
-    levels: Array, drive: Array, first_s: float, second_s: float, drive_ns: int, fitness: Array,
+    levels: Array, drive: Array, first_s: Array, second_s: Array, drive_ns: int, fitness: Array,
     effort: Array, fatigue: FitnessRates, effort_ns: int, times_ns: NDArray[np.int64], activation: Array,
     fit: Array,
 ) -> None:

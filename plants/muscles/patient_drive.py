@@ -16,6 +16,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.noise import NoiseStream, stream_key
 from plants.checks import require_not_negative, require_positive
+from plants.muscles.by_name import each_muscle
 
 Array = NDArray[np.float64]
 EXTENSORS = frozenset({
@@ -43,12 +44,7 @@ def greatest_efforts(limit: float, limits: Mapping[str, float]) -> Array:
 
     Raises InputError for an unknown muscle and for a limit outside 0 to 1.
     """
-    efforts = np.full(len(MUSCLES), limit)
-    for name, own in limits.items():
-        try:
-            efforts[muscle(name)] = own
-        except InputError as fault:
-            raise InputError("muscles.voluntary_limits", fault.found, fault.allowed, fault.remedy) from fault
+    efforts = each_muscle(limit, limits, "muscles.voluntary_limits")
     for key, values in (("voluntary_limit", (limit,)), ("voluntary_limits", limits.values())):
         for value in values:
             if not 0.0 <= value <= 1.0:

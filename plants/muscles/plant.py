@@ -17,6 +17,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
+from plants.muscles.by_name import each_muscle
 from plants.muscles.ding import Ding2003, Ding2007
 from plants.muscles.lags import (
     NO_FATIGUE,
@@ -27,12 +28,14 @@ from plants.muscles.lags import (
     TwoLags,
     follow,
     held_drives,
+    lags_s,
     limit_pulses,
 )
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex, greatest_efforts, trembling, within
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Instants = NDArray[np.int64]
 PULSES, EFFORT, REFLEX = range(3)
 """Signals to the muscles: pulses (recruited fraction, frequency in Hz) (2, muscles); drives (muscles,)."""
 
@@ -79,7 +82,8 @@ class MusclesState:
     sent, acting: newest value of each signal sent to the muscles, and the one that acts.
     arriving: values in the delays, in order of arrival: instant in ns, signal, value, and the muscles that
         they apply to, (muscles,), None for all.
-    latest: (3, muscles), last arrivals of each signal, where muscles have delays of their own.
+    latest: (3, muscles), last arrivals of each signal, where muscles have delays of their own; those get only
+        values that change.
     waves: sinusoids of the tremor (3, c).
     strength: fraction of force left after the wear of trials.
     """
@@ -103,12 +107,13 @@ class MusclesState:
         """Send a value to all muscles."""
         insort(self.arriving, (arrival_ns, signal, value, None), key=itemgetter(0))
 
-    def send_late(self, arrival_ns: int, late_ns: NDArray[np.int64], signal: int, value: Array) -> None:
-        """Send a value to each muscle, arriving `late_ns` (muscles,) later, in order."""
-        arrivals = np.maximum(arrival_ns + late_ns, self.latest[signal])
-        self.latest[signal] = arrivals
-        for instant in np.unique(arrivals):
-            insort(self.arriving, (int(instant), signal, value, arrivals == instant), key=itemgetter(0))
+    def send_each(self, arrivals_ns: Instants, signal: int, value: Array, changed: Flags) -> None:
+        """Send a value to the muscles `changed` (muscles,), arriving at each at its own instant, in order."""
+        latest = np.maximum(arrivals_ns, self.latest[signal])
+        self.latest[signal, changed] = latest[changed]
+        for instant in np.unique(latest[changed]):
+            some = changed & (latest == instant)
+            insort(self.arriving, (int(instant), signal, value, some), key=itemgetter(0))
 
     def copy(self) -> MusclesState:
         """An independent copy."""
@@ -130,14 +135,16 @@ class Constants:
     Attributes
     ----------
     contraction: model of stimulated muscle. natural: model of muscle driven by nerves.
-    delays_ns: delay of each signal, indexed by PULSES, EFFORT, REFLEX.
+    delays_ns: (3, muscles), delay of each signal, indexed by PULSES, EFFORT, REFLEX.
+    together: whether a signal reaches all muscles at the same instant.
     sides: (muscles,), sign of each muscle's tremor; zeros without a tremor.
     efforts: (muscles,), greatest voluntary effort.
     """
 
     contraction: Contraction
     natural: TwoLags
-    delays_ns: tuple[int, int, int]
+    delays_ns: Instants
+    together: bool
     sides: Array
     efforts: Array
 
@@ -157,12 +164,16 @@ def constants_of(muscles: Muscles) -> Constants:
     require_positive("muscles", muscles, "fusion_hz", "natural_rad_s")
     require_not_negative("muscles", muscles, "rest_between_trials_s", "delay_growth")
     efforts = greatest_efforts(muscles.voluntary_limit, muscles.voluntary_limits)
-    delay = duration_ns(muscles.delay_ms, NS_PER_MS, "muscles.delay_ms")
+    usual = duration_ns(muscles.delay_ms, NS_PER_MS, "muscles.delay_ms")
+    own = {name: duration_ns(each, NS_PER_MS, f"muscles.delays_ms.{name}")
+           for name, each in muscles.delays_ms.items()}
+    delays = each_muscle(usual, own, "muscles.delays_ms").astype(np.int64)
     reflex = duration_ns(muscles.reflex.delay_ms, NS_PER_MS, "reflex.delay_ms") if muscles.reflex else 0
+    lags = lags_s(muscles.natural_rad_s, muscles.naturals_rad_s, "muscles.naturals_rad_s")
     return Constants(
-        contraction=models[muscles.model].contraction(),
-        natural=TwoLags(1.0 / muscles.natural_rad_s, 1.0 / muscles.natural_rad_s),
-        delays_ns=(delay, delay, delay + reflex),
+        contraction=models[muscles.model].contraction(), natural=TwoLags(lags, lags),
+        delays_ns=np.stack([delays, delays, delays + reflex]),
+        together=muscles.delay_growth == 0.0 and bool((delays == delays[0]).all()),
         sides=muscles.tremor.sides() if muscles.tremor else np.zeros(len(MUSCLES)), efforts=efforts)
 
 
@@ -196,7 +207,9 @@ class Muscles:
     Attributes
     ----------
     model: contraction model of stimulated muscle; its parameters are in the table of its name.
-    delay_ms: electromechanical delay (10-20 in models, 40-140 measured at the wrist).
+    delay_ms: electromechanical delay (40, the middle of stimulated muscles of elbow and forearm:
+        docs/models/people.md; 10-20 in models, 40-140 measured at the wrist).
+    delays_ms: delays of single muscles by name, in place of it.
     delay_growth: growth of a muscle's delay with lost fitness x, to 1 + delay_growth x times; 0: none. The
         growth is measured (Merad 2016, IEEE TCST 24(3):971), its size is left to the user. Signals keep
         their order.
@@ -207,7 +220,8 @@ class Muscles:
     wear_per_trial: fraction of force that all muscles lose from trial to trial without recovery.
     voluntary_limit: greatest voluntary effort; 0 for complete paralysis.
     voluntary_limits: greatest voluntary effort of single muscles by name, in place of it.
-    natural_rad_s: natural frequency w of effort and reflex (25, grip-force data).
+    natural_rad_s: natural frequency w of effort and reflex (16, as of stimulation; grip-force data: 20-25).
+    naturals_rad_s: natural frequencies of single muscles by name, in place of it.
     reflex, tremor: stretch reflex and tremor; None for a patient without.
     """
 
@@ -216,7 +230,8 @@ class Muscles:
     riener: Riener = field(default_factory=Riener)
     ding2003: Ding2003 = field(default_factory=Ding2003)
     ding2007: Ding2007 = field(default_factory=Ding2007)
-    delay_ms: float = 20.0
+    delay_ms: float = 40.0
+    delays_ms: dict[str, float] = field(default_factory=dict)
     delay_growth: float = 0.0
     fusion_hz: float = 10.0
     fatigue: MuscleFatigue | None = None
@@ -224,7 +239,8 @@ class Muscles:
     wear_per_trial: float = 0.0
     voluntary_limit: float = 1.0
     voluntary_limits: dict[str, float] = field(default_factory=dict)
-    natural_rad_s: float = 25.0
+    natural_rad_s: float = 16.0
+    naturals_rad_s: dict[str, float] = field(default_factory=dict)
     reflex: StretchReflex | None = None
     tremor: MuscleTremor | None = None
     _constants: Constants = field(init=False, repr=False, compare=False)
@@ -343,13 +359,16 @@ class Muscles:
     def _send_one(self, state: MusclesState, signal: int, value: Array, time_ns: int) -> None:
         if value.tobytes() == state.sent[signal].tobytes():
             return
-        state.sent[signal] = value
+        before, state.sent[signal] = state.sent[signal], value
+        delays = self._constants.delays_ns
+        if self._constants.together:
+            state.send(time_ns + int(delays[signal, 0]), signal, value)
+            return
+        arrivals = time_ns + delays[signal]
         if self.delay_growth > 0.0:
             lost = 1.0 - self._outputs(state)[1]
-            late = np.rint(self._constants.delays_ns[PULSES] * self.delay_growth * lost).astype(np.int64)
-            state.send_late(time_ns + self._constants.delays_ns[signal], late, signal, value)
-        else:
-            state.send(time_ns + self._constants.delays_ns[signal], signal, value)
+            arrivals += np.rint(delays[PULSES] * self.delay_growth * lost).astype(np.int64)
+        state.send_each(arrivals, signal, value, (value != before).reshape(-1, len(MUSCLES)).any(axis=0))
 
     def _take(self, state: MusclesState, time_ns: int, signal: int, value: Array, some: Flags | None) -> None:
         """Let a signal act from `time_ns` on, on some muscles or all."""

@@ -85,12 +85,16 @@ def muscles(patient: Patient, model: str = "") -> dict[str, Any]:
     `ding2003` has its own fatigue: a patient with fatigue gets its default values, uncalibrated.
     """
     dynamics, voluntary = patient.muscle, patient.voluntary
-    model = model or dynamics.model
+    model, natural = model or dynamics.model, dynamics.natural_rad_s
+    least_ms = LIMITS["muscle"]["delay_ms"][0]
+    naturals = {name: natural * factor for name, factor in dynamics.naturals.items()}
     parameters: dict[str, Any] = {
         "model": model, "delay_ms": dynamics.delay_ms, "fusion_hz": dynamics.fusion_hz,
-        "natural_rad_s": dynamics.natural_rad_s, "voluntary_limit": voluntary.limit,
+        "delays_ms": {name: max(dynamics.delay_ms + more, least_ms)
+                      for name, more in dynamics.delays_ms.items()},
+        "natural_rad_s": natural, "naturals_rad_s": naturals, "voluntary_limit": voluntary.limit,
         "voluntary_limits": dict(voluntary.muscles),
-        "hammerstein": Hammerstein(activation_rad_s=dynamics.natural_rad_s)}
+        "hammerstein": Hammerstein(activation_rad_s=natural, activations_rad_s=naturals)}
     if patient.fatigue is not None:
         if model == "ding2003":
             parameters["ding2003"] = Ding2003(fatigue=Ding2003Fatigue())
@@ -289,6 +293,15 @@ class Draws:
         return {name: _scaled(float(share), middles.get(name, 1.0), sd, limits)
                 for name, share in zip(MUSCLES, shares, strict=True)}
 
+    def near_muscles(self, quantity: str, middles: dict[str, float], sd: float, limits: Limits,
+                     ) -> dict[str, float]:
+        """Normal numbers of all muscles, around `middles` (default 0)."""
+        if sd == 0.0:
+            return middles
+        shares = self.uniform(quantity, len(MUSCLES))
+        return {name: _truncated(float(share), middles.get(name, 0.0), sd, limits)
+                for name, share in zip(MUSCLES, shares, strict=True)}
+
     def new_seed(self, quantity: str) -> int:
         """Seed of a quantity, unique to this member or day."""
         return stream_key(self.seed, f"{self.name}/{quantity}", self.number) % _NEW_SEEDS
@@ -321,7 +334,11 @@ def member_of(patient: Patient, spread: CohortSpread, cohort: int, number: int) 
     muscle, passive, limits = patient.muscle, patient.passive, LIMITS["muscle"]
     muscle = replace(
         muscle, delay_ms=draws.near("delay", muscle.delay_ms, spread.delay_ms, limits["delay_ms"]),
-        natural_rad_s=draws.scaled("natural", muscle.natural_rad_s, spread.natural, limits["natural_rad_s"]))
+        natural_rad_s=draws.scaled("natural", muscle.natural_rad_s, spread.natural, limits["natural_rad_s"]),
+        delays_ms=draws.near_muscles("muscle delay", muscle.delays_ms, spread.muscle_delay_ms,
+                                     limits["delays_ms"]),
+        naturals=draws.of_muscles("muscle natural", muscle.naturals, spread.muscle_natural,
+                                  limits["naturals"]))
     passive = replace(passive, rest_deg=_rest(passive.rest_deg, spread.rest_deg, draws),
                       mcp_n_m_per_rad=draws.scaled("mcp", passive.mcp_n_m_per_rad, spread.mcp,
                                                    LIMITS["passive"]["mcp_n_m_per_rad"]))

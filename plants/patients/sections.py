@@ -30,8 +30,9 @@ LIMITS: dict[str, dict[str, Limits]] = {
     "recruitment": {"threshold": (0.1, 10.0), "thresholds": (0.1, 10.0), "spread": (0.0, 1.0),
                     "chronaxie_us": (20.0, 2000.0), "chronaxies": (0.1, 10.0), "axon_seed": (0.0, 2.0**53)},
     # Delay: 10-20 ms in models, 40-140 measured at the wrist; speed: models are off by up to 5 times from
-    # 20-25 rad/s (Hunt 1998).
-    "muscle": {"delay_ms": (5.0, 200.0), "natural_rad_s": (4.0, 125.0), "fusion_hz": (2.0, 50.0)},
+    # 20-25 rad/s (Hunt 1998). Single muscles: four sd among people's (docs/models/people.md), rounded up.
+    "muscle": {"delay_ms": (5.0, 200.0), "natural_rad_s": (4.0, 125.0), "fusion_hz": (2.0, 50.0),
+               "delays_ms": (-50.0, 50.0), "naturals": (0.25, 4.0)},
     "fatigue": {"endurance": (0.05, 20.0), "floor": (0.0, 1.0), "fatigue_s": (0.05, 1000.0),
                 "recovery_s": (1.0, 10000.0), "frequency_weight": (0.0, 1.0)},
     "voluntary": {"limit": (0.0, 1.0), "muscles": (0.0, 1.0)},
@@ -57,6 +58,7 @@ LIMITS: dict[str, dict[str, Limits]] = {
 """Ranges by section of a patient's file; the range of a table applies to each of its values."""
 SPREADS: dict[str, Limits] = {
     "hand_mm": (0.0, 40.0), "forearm_radius_mm": (0.0, 15.0), "delay_ms": (0.0, 50.0),
+    "muscle_delay_ms": (0.0, 50.0),
     "voluntary": (0.0, 0.5), "denervated": (0.0, 0.5), "along_mm": (0.0, 20.0), "around_deg": (0.0, 20.0),
     "tremor_hz": (0.0, 5.0), "length": (0.0, 0.1), "joint_mm": (0.0, 8.0), "axis_deg": (0.0, 12.0),
     "width_mm": (0.0, 15.0), "motor_along_mm": (0.0, 20.0), "motor_around_deg": (0.0, 20.0),
@@ -278,18 +280,22 @@ class MuscleDynamics:
     ----------
     model: model of the `muscles` block.
     delay_ms: electromechanical delay.
+    delays_ms: what single muscles add to it; no muscle has less than 5 ms.
     natural_rad_s: natural frequency of linear activation dynamics, critically damped, also of voluntary
         effort and reflex.
+    naturals: further factors on it for single muscles.
     fusion_hz: stimulation frequency of half the fused force.
     """
 
     model: Literal["hammerstein", "riener", "ding2003", "ding2007"] = "hammerstein"
-    delay_ms: float = 20.0
-    natural_rad_s: float = 25.0
+    delay_ms: float = 40.0
+    delays_ms: dict[str, float] = field(default_factory=dict)
+    natural_rad_s: float = 16.0
+    naturals: dict[str, float] = field(default_factory=dict)
     fusion_hz: float = 10.0
 
     def __post_init__(self) -> None:
-        refuse("muscle", self, LIMITS["muscle"])
+        refuse("muscle", self, LIMITS["muscle"], "delays_ms", "naturals")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -467,11 +473,13 @@ class CohortSpread:
 
     Attributes
     ----------
-    hand_mm, forearm_radius_mm: in mm. delay_ms: in ms. tremor_hz: in Hz. voluntary: of greatest efforts above
-        0. denervated: of fractions above 0. All others are of logarithms:
+    hand_mm, forearm_radius_mm: in mm. delay_ms, muscle_delay_ms: in ms, of all muscles together, and in
+        addition of each muscle. tremor_hz: in Hz. voluntary: of greatest efforts above 0. denervated: of
+        fractions above 0. All others are of logarithms:
     strength, muscle_strength: strength of all muscles together, and in addition of each muscle.
     threshold, muscle_threshold: likewise. muscle_chronaxie: chronaxie of each muscle.
-    natural, endurance, mcp, spasticity: natural frequency, endurance, MCP stiffness, reflex gain.
+    natural, muscle_natural: natural frequency, likewise.
+    endurance, mcp, spasticity: endurance, MCP stiffness, reflex gain.
     length, joint_mm, axis_deg, width_mm: bones' lengths, first joints of the digits (each direction), tilt of
         each joint's axes (root mean square), and width of the hand, mm.
     motor_along_mm, motor_around_deg, motor_depth_mm: motor points.
@@ -487,7 +495,9 @@ class CohortSpread:
     muscle_threshold: float = 0.0
     muscle_chronaxie: float = 0.0
     delay_ms: float = 0.0
+    muscle_delay_ms: float = 0.0
     natural: float = 0.0
+    muscle_natural: float = 0.0
     endurance: float = 0.0
     voluntary: float = 0.0
     mcp: float = 0.0

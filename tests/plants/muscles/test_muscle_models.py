@@ -11,6 +11,7 @@ from muscle_parts import COUNT, MODELS, MS, contractions, given, simulate, tirin
 from scipy.integrate import solve_ivp
 
 from fesloop.errors import InputError
+from fesloop.hand.movements import muscle
 from plants.muscles import Muscles
 from plants.muscles.ding import Ding2003, Ding2003Fatigue, Ding2007
 from plants.muscles.lags import Hammerstein, MuscleFatigue, Riener, TwoLags
@@ -40,14 +41,21 @@ def integrate_held(slope, y, schedule, stops_ns, delay_ns):
     return np.array(rows)
 
 
-@pytest.mark.parametrize("rad_s", [20.0, 25.0])
-def test_hammerstein_agrees_with_an_adaptive_integrator(rad_s: float) -> None:
-    def slope(y, v, f):
-        return [y[1], rad_s**2 * (v * fused(f) - y[0]) - 2 * rad_s * y[1]]
+def test_hammerstein_agrees_with_an_adaptive_integrator() -> None:
+    """In muscles that have the usual delay and natural frequency, and in those that have their own."""
+    def integrated(rad_s, delay_ns):
+        def slope(y, v, f):
+            return [y[1], rad_s**2 * (v * fused(f) - y[0]) - 2 * rad_s * y[1]]
 
-    found = simulate(Muscles(hammerstein=Hammerstein(activation_rad_s=rad_s)), SCHEDULE, STOPS)[:, 0]
-    expected = integrate_held(slope, [0.0, 0.0], PULSES, STOPS, 20 * MS)[:, 0]
-    np.testing.assert_allclose(found, np.tile(expected[:, None], COUNT), rtol=0, atol=1e-10)
+        return integrate_held(slope, [0.0, 0.0], PULSES, STOPS, delay_ns)[:, 0]
+
+    expected = np.tile(integrated(20.0, 40 * MS)[:, None], COUNT)
+    for name, rad_s, delay_ns in (("FCR", 25.0, 7 * MS), ("FPL", 20.0, 33_333_333), ("EDC3", 9.0, 40 * MS)):
+        expected[:, muscle(name)] = integrated(rad_s, delay_ns)
+    muscles = Muscles(delays_ms={"FCR": 7.0, "FPL": 33.333333}, hammerstein=Hammerstein(
+        activation_rad_s=20.0, activations_rad_s={"FCR": 25.0, "EDC3": 9.0}))
+    found = simulate(muscles, SCHEDULE, STOPS)[:, 0]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("lags_ms", [(40.0, 70.0), (70.0, 40.0), (50.0, 50.0), (50.0, 50.0 + 1e-9)])
@@ -67,7 +75,7 @@ def test_riener_agrees_with_an_adaptive_integrator(lags_ms: tuple[float, float])
 @pytest.mark.parametrize("elapsed_s", [1e-9, 0.3, 1e4])
 @pytest.mark.parametrize("lags_s", [(1e-3, 1.0), (1.0, 1e-3)])
 def test_lags_far_apart_stay_finite_and_settle(lags_s: tuple[float, float], elapsed_s: float) -> None:
-    lags = TwoLags(*lags_s)
+    lags = TwoLags(*(np.full(COUNT, lag) for lag in lags_s))
     state = lags.start()
     lags.change(state, 0, np.zeros((2, COUNT)), np.full(COUNT, 0.7))
     after, _ = lags.look(state, round(elapsed_s * 1e9))
@@ -119,7 +127,7 @@ def integrate_pulses(model, schedule, stops_ns, delay_ns):
 @pytest.mark.parametrize("model", [Ding2003(), Ding2003(fatigue=Ding2003Fatigue()), Ding2007()])
 def test_ding_agrees_with_an_adaptive_integrator(model) -> None:
     name = type(model).__name__.lower()
-    found = simulate(Muscles(model=name, **{name: model}), SCHEDULE, STOPS)
+    found = simulate(Muscles(model=name, delay_ms=20.0, **{name: model}), SCHEDULE, STOPS)
     expected = integrate_pulses(model, PULSES, STOPS, 20 * MS)
     full_n = model.scaling_n_s * 1e-3 * (model.relaxation_ms + model.friction_ms)
     np.testing.assert_allclose(found[:, 0], np.tile(expected[:, 1:2] / full_n, COUNT), rtol=0, atol=1e-6)

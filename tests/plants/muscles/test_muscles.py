@@ -89,13 +89,31 @@ def test_the_delay_is_exact_to_the_nanosecond(model: str, delay_ms: float) -> No
     np.testing.assert_allclose(delayed[1:], prompt, rtol=1e-6)
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_a_muscle_with_its_own_delay_gets_what_changes_for_it(model: str) -> None:
+    """To the nanosecond, and without a trace in it of what changes for others."""
+    late = Muscles(model=model, delays_ms={"FCR": 33.333333, "FCU": 0.0})
+    rest, some = given(0.0, 0.0), given(0.8, 40.0)
+    some[0][muscle("FCR")] = 0.3
+    stops = [60 * MS + ns for ns in (0, 1, 33_333_333, 33_333_334, 40 * MS, 40 * MS + 1, 90 * MS)]
+    seen = simulate(late, {0: rest, 60 * MS: some}, stops)[:, 0]
+    begins = {"FCR": 33_333_334, "FCU": 1, "FPL": 40 * MS + 1}
+    for name, ns in begins.items():
+        first = next(stop for stop, row in zip(stops, seen, strict=True) if row[muscle(name)] > 0.0)
+        assert first == 60 * MS + ns
+    again = simulate(late, {0: rest, 60 * MS: some, 70 * MS: given(0.8, 40.0)}, stops)[:, 0]
+    assert again[-1, muscle("FCR")] > 1.01 * seen[-1, muscle("FCR")]
+    others = np.arange(COUNT) != muscle("FCR")
+    np.testing.assert_allclose(again[:, others], seen[:, others], rtol=1e-6)
+
+
 @pytest.mark.parametrize("model", ["riener", "ding2003"])
 def test_the_delay_grows_with_what_a_muscle_has_lost(model: str) -> None:
     """Half of the muscles are worked; a second later all are called at once."""
     worked, called = np.arange(COUNT) % 2 == 0, 20_000 * MS
     schedule = {0: given(np.where(worked, 1.0, 0.0), 50.0), 19_000 * MS: given(0.0, 50.0),
                 called: given(0.5, 50.0)}
-    muscles = tiring(model, delay_growth=1.5)
+    muscles = tiring(model, delay_ms=20.0, delay_growth=1.5)
     (late,) = {round(20 * MS * (1.0 + 1.5 * (1.0 - fitness)))
                for fitness in simulate(muscles, schedule, [called])[-1, 1, worked]}
     assert late > 25 * MS
@@ -121,8 +139,8 @@ def test_nothing_overtakes_as_a_muscle_recovers() -> None:
 
 @pytest.mark.parametrize("late_ns", [1, 1_000, 25 * MS, 300 * MS])
 def test_activation_is_the_critically_damped_step_response(late_ns: int) -> None:
-    activation = simulate(Muscles(), {7: given(1.0, 30.0)}, [7 + 20 * MS + late_ns])[-1, 0]
-    wt = 25.0 * late_ns * 1e-9
+    activation = simulate(Muscles(), {7: given(1.0, 30.0)}, [7 + 40 * MS + late_ns])[-1, 0]
+    wt = 16.0 * late_ns * 1e-9
     expected = 0.9 * (-math.expm1(-wt) - wt * math.exp(-wt))
     np.testing.assert_allclose(activation, expected, rtol=1e-6, atol=1e-15)
 
@@ -215,6 +233,9 @@ def test_it_declares_any_instant_and_no_feedthrough() -> None:
 
 @pytest.mark.parametrize(("change", "named"), [
     ({"model": "hill"}, r"muscles\.model.*ding2007"), ({"delay_ms": -1.0}, r"muscles\.delay_ms"),
+    ({"delays_ms": {"FCR": -1.0}}, r"muscles\.delays_ms\.FCR"),
+    ({"delays_ms": {"FDP": 1.0}}, r"muscles\.delays_ms.*did you mean 'FDP"),
+    ({"naturals_rad_s": {"FCR": 0.0}}, r"muscles\.naturals_rad_s\.FCR"),
     ({"fusion_hz": 0.0}, r"muscles\.fusion_hz"), ({"voluntary_limit": 1.5}, r"muscles\.voluntary_limit"),
     ({"voluntary_limits": {"FDP2": -0.1}}, r"muscles\.voluntary_limits"),
     ({"voluntary_limits": {"FDP": 0.1}}, r"muscles\.voluntary_limits.*did you mean 'FDP"),
@@ -270,10 +291,12 @@ def test_single_muscles_have_limits_of_their_own() -> None:
 
 
 def test_effort_rises_as_a_critically_damped_muscle() -> None:
-    muscles = Muscles(model="ding2003", natural_rad_s=20.0)
+    muscles = Muscles(model="ding2003", delay_ms=20.0, natural_rad_s=20.0, delays_ms={"FCR": 50.0},
+                      naturals_rad_s={"FCR": 10.0, "FCU": 30.0})
     found = simulate(muscles, {0: given(voluntary=0.5)}, [90 * MS])[0, 0]
-    wt = 20.0 * 0.07
-    np.testing.assert_allclose(found, 0.5 * (1.0 - (1.0 + wt) * math.exp(-wt)), rtol=1e-9)
+    wt = np.full(COUNT, 20.0 * 0.07)
+    wt[muscle("FCR")], wt[muscle("FCU")] = 10.0 * 0.04, 30.0 * 0.07
+    np.testing.assert_allclose(found, 0.5 * (1.0 - (1.0 + wt) * np.exp(-wt)), rtol=1e-9)
 
 
 def trembling(trial=0, seed=3, **parameters):
@@ -315,6 +338,7 @@ def test_tremor_keeps_its_frequency_and_changes_its_phase_from_trial_to_trial() 
     (lambda: StretchReflex(muscles=("FDP1",)), r"reflex\.muscles.*FDP1.*did you mean"),
     (lambda: MuscleTremor(band_hz=(8.0, 4.0)), r"tremor\.band_hz"),
     (lambda: MuscleTremor(muscles=("biceps",)), r"tremor\.muscles"),
+    (lambda: Hammerstein(activations_rad_s={"FCR": math.inf}), r"hammerstein\.activations_rad_s\.FCR"),
     (lambda: Muscles(hammerstein=Hammerstein(activation_rad_s=-1.0)), r"hammerstein\.activation_rad_s")])
 def test_bad_patients_are_named(make, named: str) -> None:
     with pytest.raises(InputError, match=named):

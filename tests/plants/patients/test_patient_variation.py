@@ -125,6 +125,22 @@ def test_members_are_distributed_as_the_preset_states():
     assert abs(np.corrcoef(sizes, strengths)[0, 1]) < 0.15
 
 
+def test_muscles_of_members_are_as_late_and_as_quick_as_the_preset_states():
+    """Each muscle of its own around a person of its own (Kolmogorov-Smirnov), as its block takes it."""
+    preset = load("able_bodied")
+    members = [preset.member(cohort=5, number=number).muscles() for number in range(400)]
+    expected = truncnorm(-MOST_SD, MOST_SD).cdf
+    late = [(each["delays_ms"]["FPL"] - each["delay_ms"]) / preset.cohort.muscle_delay_ms for each in members]
+    quick = [math.log(each["hammerstein"].activations_rad_s["EDC3"] / each["natural_rad_s"])
+             / preset.cohort.muscle_natural for each in members]
+    assert kstest(late, expected).pvalue > 0.01
+    assert kstest(quick, expected).pvalue > 0.01
+    assert abs(np.corrcoef(late, [each["delays_ms"]["FCR"] for each in members])[0, 1]) < 0.15
+    assert all(each["naturals_rad_s"] == each["hammerstein"].activations_rad_s for each in members)
+    assert min(Muscles(**from_table({"name": "anna", "muscle": {
+        "delay_ms": 10.0, "delays_ms": {"FPL": -20.0}}}).muscles()).delays_ms.values()) == 5.0
+
+
 def test_days_shift_the_arrays_as_the_preset_states():
     member = load("stroke_mild").member(cohort=5, number=0)
     days = [member.on_day(day).placement for day in range(400)]
