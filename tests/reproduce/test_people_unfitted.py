@@ -6,8 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from fesloop.analysis.people.pads import Forearm, HeldWrist, Pads
 from fesloop.apps.reproduce.people import unfitted
-from fesloop.apps.reproduce.people.unfitted import Arm, Evoked, Pads, compared, evoked_of, passed
+from fesloop.apps.reproduce.people.unfitted import Evoked, compared, evoked_of, passed
+from fesloop.experiment.registry import patient_reader
 from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.streams.stimulation.recording import PASSIVE, SteadyTrials, StimulationRecording
 
@@ -65,12 +67,21 @@ def test_friction_hides_what_it_would_hide_in_the_order_of_the_trials():
     assert found[:, 1] == pytest.approx([0.0, 0.0, 0.0, 0.0, -0.17])
 
 
+def member(number):
+    return patient_reader().load("able_bodied").member(cohort=1, number=number)
+
+
+def forearm_of(number, **pads):
+    return Forearm(member(number), Pads(**pads), np.random.default_rng(number))
+
+
 @pytest.fixture(scope="module")
-def arm():
-    return Arm(3, Pads())
+def wrist():
+    return HeldWrist(member(3))
 
 
-def test_pulses_of_a_pad_recruit_alone_and_alike(arm):
+def test_pulses_of_a_pad_recruit_alone_and_alike():
+    arm = forearm_of(3)
     given = (0, 0.025, 2e-4, 40.0, 0.0)
     weak, strong = arm.recruitment(0, 1e-4, 2e-4, 40.0, 0.0)[0], arm.recruitment(0, 2.0, 1e-3, 40.0, 0.0)[0]
     assert not weak.any()
@@ -86,29 +97,27 @@ def test_pulses_of_a_pad_recruit_alone_and_alike(arm):
 
 def test_pads_without_error_are_over_the_average_persons_motor_points():
     from plants.electrodes.arrays import MOTOR_POINTS
-    from plants.patients.files import load
 
-    patient = load("able_bodied").member(cohort=1, number=5)
-    block = Arm(5, Pads(error_mm=0.0))._block
+    block = forearm_of(5, error_mm=0.0).block
     scale = block.length_mm / 260.0
-    assert block.length_mm == patient.electrodes(4)["length_mm"]
+    assert block.length_mm == member(5).electrodes(4)["length_mm"]
     points = {point.muscle: (np.deg2rad(point.around_deg) * block.radius_mm, scale * point.along_mm)
               for point in MOTOR_POINTS}
     points["ECRL"] = np.deg2rad(30.0) * block.radius_mm, scale * 86.0
     expected = [points[name] for name in ("FCR", "PL", "FCU", "ECRL")]
     assert block.places[:, :2] == pytest.approx(np.array(expected))
     assert block.places[:, 2] == pytest.approx(12.0)
-    near, far = ([Arm(number, Pads(error_mm=mm))._block.places for number in range(8)] for mm in (0.0, 4.0))
+    near, far = ([forearm_of(number, error_mm=mm).block.places for number in range(8)] for mm in (0.0, 4.0))
     assert 3.0 < np.subtract(far, near)[:, :, :2].std() < 5.0
 
 
-def test_torque_is_tendon_force_times_moment_arm(arm):
+def test_torque_is_tendon_force_times_moment_arm(wrist):
     """The moment is the force that MuJoCo states, times minus the slope of the muscle's length."""
     activation = np.zeros(len(MUSCLES))
     activation[muscle("FCR")] = 0.4
     flexion, radial = 0.3, -0.1
-    found = arm.torque_nm(activation, flexion, radial)
-    model, data = arm._model, arm._data
+    found = wrist.torque_nm(activation, flexion, radial)
+    model, data = wrist.model, wrist.data
     angles = [data.joint(name).qpos[0] for name in ("wrist_flexion", "wrist_abduction")]
     assert angles == pytest.approx([flexion, -radial])
     force = data.actuator_force[muscle("FCR")]
@@ -129,11 +138,11 @@ def test_torque_is_tendon_force_times_moment_arm(arm):
     assert found[0] > 0.1
 
 
-def test_steady_activation_is_that_of_40_hz(arm):
+def test_steady_activation_is_that_of_40_hz(wrist):
     recruited = np.zeros(len(MUSCLES))
     recruited[3] = 0.5
-    activation = arm.activation(recruited, np.full(len(MUSCLES), 40.0))
-    fusion = arm._muscles.fusion_hz
+    activation = wrist.activation(recruited, np.full(len(MUSCLES), 40.0))
+    fusion = wrist.muscles.fusion_hz
     assert activation[3] == pytest.approx(0.5 * 40.0**2 / (40.0**2 + fusion**2), rel=1e-4)
     assert not np.delete(activation, 3).any()
 
@@ -170,6 +179,18 @@ def test_bars(scale, radial, change, spread, failing):
     assert all(any(name in row for row in broken) for name in failing)
     if failing == ["mean"]:
         assert {row.split(":")[0] for row in broken} == {"FCR", "PL", "ECRL"}
+
+
+def test_members_who_evoke_nothing_fail_and_muscles_that_nobody_has_are_left_out():
+    theirs = [evoked(1.0, 0.1, 0.5), evoked(1.2, 0.1, 0.5)]
+    nothing = compared(theirs, [evoked(0.0, 0.0, 0.0)] * 2, Pads()).rows
+    assert {row.holds for row in nothing if "no bar" not in str(row.theirs)} == {False}
+    for each in theirs:
+        each.mean[2] = np.nan
+    assert not [row for row in compared(theirs, theirs, Pads()).rows if row.row.startswith("FCU")]
+    alone = compared(theirs[:1], theirs, Pads()).rows
+    assert all(row.holds for row in alone)
+    assert not [row for row in alone if "ours over theirs" in row.row]
 
 
 @pytest.mark.slow

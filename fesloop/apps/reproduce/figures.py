@@ -474,7 +474,8 @@ def unfitted(found: Reproduction) -> Figure | None:
             beside = shift + 0.1 * np.linspace(-1.0, 1.0, len(values))[:, np.newaxis]
             axes.plot((np.arange(len(names)) + beside).ravel(), values.ravel(), "o", color=colour, alpha=0.6,
                       markersize=4, markeredgewidth=0.0, label=f"{key}, {len(values)} {who}")
-            axes.hlines(np.nanmean(values, axis=0), np.arange(len(names)) + shift - 0.14,
+            middle = np.ma.masked_invalid(values).mean(axis=0).filled(np.nan)
+            axes.hlines(middle, np.arange(len(names)) + shift - 0.14,
                         np.arange(len(names)) + shift + 0.14, color=colour, linewidth=2)
         axes.axhline(0.0, color="0.7", linewidth=0.6, zorder=0)
         axes.set_xticks(range(len(names)), names)

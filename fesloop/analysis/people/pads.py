@@ -1,0 +1,128 @@
+"""Surface pads on the virtual patient's forearm, and the torque that they evoke at a held wrist."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment.registry import Patient, find
+from fesloop.forms.schema import make
+from fesloop.hand.movements import MUSCLES
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.signals import NEVER, Sample
+
+Array = NDArray[np.float64]
+_STEADY_NS = 5 * NS_PER_S
+"""Time of stimulation after which activation is steady (chosen: 20 time constants of the slowest muscle)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pads:
+    """Surface pads, each over one muscle's motor point, as an experimenter places them.
+
+    The recordings state neither size nor place. A pad is over the motor point of the average person, at the
+    same share of the member's forearm, with an error: an experimenter moves a pad until the wanted movement
+    is seen, but does not see the motor point.
+
+    Attributes
+    ----------
+    radius_mm: of a pad (chosen: a common small round one has 25 mm).
+    error_mm: standard deviation of a pad's place around the forearm and along it (chosen).
+    muscles: muscle under each electrode.
+    places: (deg, mm) around and along an adult's forearm, of electrodes that are elsewhere. That of ECRL is
+        where it extends without much deviation, between ECRL and ECRB (chosen).
+    """
+
+    radius_mm: float = 12.0
+    error_mm: float = 8.0
+    muscles: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({
+        "flexor carpi radialis": "FCR", "palmaris longus": "PL", "flexor carpi ulnaris": "FCU",
+        "extensor carpi radialis longus": "ECRL"}))
+    places: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({
+        "extensor carpi radialis longus": (30.0, 86.0)}))
+
+
+class Forearm:
+    """A patient's forearm with pads: recruitment of its muscles.
+
+    Parameters
+    ----------
+    patient: who it is.
+    pads: their size, place, and error of place.
+    rng: source of that error.
+    changed: parameters of `electrodes` in place of the patient's.
+    """
+
+    def __init__(self, patient: Patient, pads: Pads, rng: np.random.Generator,
+                 changed: Mapping[str, Any] | None = None) -> None:
+        self.block: Any = _with_pads(patient, pads, rng, changed or {})
+        self._state = self.block.init(Context("electrodes"))
+        self._tick = Tick()
+
+    def recruitment(self, electrode: int, current_a: float, width_s: float, hertz: float,
+                    pronation_rad: float) -> tuple[Array, Array]:
+        """Recruitment (29,) and frequency (29,), Hz, by one pulse of one pad."""
+        self._tick.time_ns += NS_PER_S  # the last pulse no longer counts
+        now = self._tick.time_ns
+        pulses = np.zeros((self.block.elements, 3))
+        pulses[electrode] = current_a, width_s, hertz
+        # Posture, skin and shift follow; the last two have had no message.
+        inputs = (Sample(pulses, now, now, now), Sample(pronation_rad, now, now, now),
+                  Sample(1.0, NEVER, NEVER, NEVER), Sample(np.zeros(2), NEVER, NEVER, NEVER))
+        recruited, frequency = self.block.step(self._state, inputs, self._tick)
+        return recruited, frequency
+
+
+class HeldWrist:
+    """A patient's muscles and hand, its wrist held: steady activation and torque."""
+
+    def __init__(self, patient: Patient) -> None:
+        parameters = {**patient.parameters("muscles", {}), "fatigue": None}
+        self.muscles: Any = make(find("muscles"), parameters, {}, "muscles")
+        hand: Any = make(find("hand"), dict(patient.parameters("hand", {})), {}, "hand")
+        self.model, self.data = hand.model, hand.init(Context("hand")).data
+
+    def activation(self, recruited: Array, frequency: Array) -> Array:
+        """Activation (29,) at which steady stimulation settles."""
+        state, still = self.muscles.init(Context("muscles")), np.zeros(len(MUSCLES))
+        inputs = (recruited, frequency, still, still)
+        self.muscles.advance(state, inputs, 0, _STEADY_NS)
+        return np.asarray(self.muscles.read(state, inputs)[0])
+
+    def torque_nm(self, activation: Array, flexion_rad: float, radial_rad: float) -> Array:
+        """Change (2,) of the muscles' moments of flexion and radial deviation at a held wrist."""
+        model, data = self.model, self.data
+        flexion, abduction = (model.joint(name) for name in ("wrist_flexion", "wrist_abduction"))
+        data.qpos[flexion.qposadr[0]], data.qpos[abduction.qposadr[0]] = flexion_rad, -radial_rad
+        data.qvel[:] = 0.0
+        moments = []
+        for level in (np.zeros(len(MUSCLES)), activation):
+            data.ctrl[:len(MUSCLES)] = level
+            mujoco.mj_forward(model, data)
+            moments.append((data.qfrc_actuator[flexion.dofadr[0]], -data.qfrc_actuator[abduction.dofadr[0]]))
+        return np.subtract(moments[1], moments[0])
+
+
+def _with_pads(patient: Patient, pads: Pads, rng: np.random.Generator, changed: Mapping[str, Any]) -> Any:
+    """Block `electrodes` of a patient with one pad for each of the muscles."""
+    usual: Any = find("electrodes")()
+    points = {point.muscle: (point.around_deg, point.along_mm) for point in usual.motor_points}
+    own = dict(patient.parameters("electrodes", {}))
+    scale = own["length_mm"] / usual.length_mm
+    errors = pads.error_mm * rng.normal(size=(len(pads.muscles), 2))
+    positions = []
+    for (electrode, name), (around, along) in zip(pads.muscles.items(), errors, strict=True):
+        deg, mm = pads.places.get(electrode, points[name])
+        positions.append([deg + np.degrees(around / own["radius_mm"]),
+                          float(np.clip(scale * mm + along, 0.0, own["length_mm"]))])
+    arrays = [{"positions": positions, "pad_mm": pads.radius_mm}]
+    own = dict(patient.parameters("electrodes", {"arrays": arrays}))
+    return make(find("electrodes"), {**own, "arrays": arrays, "shift_mm": 0.0, "shift_deg": 0.0, **changed},
+                {}, "electrodes")
