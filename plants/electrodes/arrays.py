@@ -150,7 +150,7 @@ class MotorBranch:
     around_mm: float = 3.0
     along_mm: float = 5.0
     depth_mm: float = 1.0
-    threshold_ma: float = 2.2
+    threshold_ma: float = 1.8
     spread: float = 0.18
 
     def __post_init__(self) -> None:
@@ -179,7 +179,7 @@ class AxonScatter:
     along_mm: float = 12.0
     depth_mm: float = 2.0
     least_depth_mm: float = 3.0
-    threshold_ma: float = 5.3
+    threshold_ma: float = 5.6
     spread: float = 0.25
     branch: MotorBranch | None = field(default_factory=MotorBranch)
 

@@ -277,7 +277,7 @@ class Electrodes:
     threshold: factors on the thresholds of the muscles' axons, in the order of `MUSCLES`; empty: 1.
     radius_mm, length_mm: measures of the forearm (chosen; length: an adult's from elbow to wrist).
     reference_mm, reference_pad_mm: the field is 1 at this depth under a pad of this size.
-    chronaxie_us: chronaxie of the axons: geometric mean of three muscles of one person (docs/models/people.md).
+    chronaxie_us: chronaxie of the axons: mean of three muscles of one person (docs/models/people.md).
     chronaxie: factors on the chronaxie of the muscles' axons, in the order of `MUSCLES`; empty: 1.
     pronation_deg: pronation of the forearm since the arrays were put on, if `posture` has no wire; the hand's
         own forearm orientation has no effect here.

@@ -41,7 +41,7 @@ class Pads:
     """
 
     radius_mm: float = 12.0
-    error_mm: float = 8.0
+    error_mm: float = 5.0
     muscles: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({
         "flexor carpi radialis": "FCR", "palmaris longus": "PL", "flexor carpi ulnaris": "FCU",
         "extensor carpi radialis longus": "ECRL"}))
