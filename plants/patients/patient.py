@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
@@ -258,6 +259,7 @@ def _elements(arrays: Any) -> int:
 MOST_SD = 2.5
 """Greatest deviation of a random value from its middle, in sd (chosen: the most unusual of a hundred)."""
 _NEW_SEEDS = 2**53
+_NO_ONES: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,21 +287,22 @@ class Draws:
         return _scaled(float(self.uniform(quantity)[0]), middle, sd, limits)
 
     def of_muscles(self, quantity: str, middles: dict[str, float], sd: float, limits: Limits,
-                   ) -> dict[str, float]:
-        """Lognormal factors of all muscles, with medians `middles` (default 1)."""
-        if sd == 0.0:
-            return middles
-        shares = self.uniform(quantity, len(MUSCLES))
-        return {name: _scaled(float(share), middles.get(name, 1.0), sd, limits)
-                for name, share in zip(MUSCLES, shares, strict=True)}
+                   single: Mapping[str, float] = _NO_ONES) -> dict[str, float]:
+        """Lognormal factors of all muscles, with medians `middles` (default 1); `single` sds replace `sd`."""
+        return self._each(_scaled, quantity, middles, 1.0, sd, limits, single)
 
     def near_muscles(self, quantity: str, middles: dict[str, float], sd: float, limits: Limits,
-                     ) -> dict[str, float]:
-        """Normal numbers of all muscles, around `middles` (default 0)."""
-        if sd == 0.0:
+                     single: Mapping[str, float] = _NO_ONES) -> dict[str, float]:
+        """Normal numbers of all muscles, around `middles` (default 0); `single` sds replace `sd`."""
+        return self._each(_truncated, quantity, middles, 0.0, sd, limits, single)
+
+    def _each(self, quantile: Callable[[float, float, float, Limits], float], quantity: str,
+              middles: dict[str, float], usual: float, sd: float, limits: Limits,
+              single: Mapping[str, float]) -> dict[str, float]:
+        if sd == 0.0 and not any(single.values()):
             return middles
         shares = self.uniform(quantity, len(MUSCLES))
-        return {name: _truncated(float(share), middles.get(name, 0.0), sd, limits)
+        return {name: quantile(float(share), middles.get(name, usual), single.get(name, sd), limits)
                 for name, share in zip(MUSCLES, shares, strict=True)}
 
     def new_seed(self, quantity: str) -> int:
@@ -336,9 +339,9 @@ def member_of(patient: Patient, spread: CohortSpread, cohort: int, number: int) 
         muscle, delay_ms=draws.near("delay", muscle.delay_ms, spread.delay_ms, limits["delay_ms"]),
         natural_rad_s=draws.scaled("natural", muscle.natural_rad_s, spread.natural, limits["natural_rad_s"]),
         delays_ms=draws.near_muscles("muscle delay", muscle.delays_ms, spread.muscle_delay_ms,
-                                     limits["delays_ms"]),
+                                     limits["delays_ms"], spread.delays_ms),
         naturals=draws.of_muscles("muscle natural", muscle.naturals, spread.muscle_natural,
-                                  limits["naturals"]))
+                                  limits["naturals"], spread.naturals))
     passive = replace(passive, rest_deg=_rest(passive.rest_deg, spread.rest_deg, draws),
                       mcp_n_m_per_rad=draws.scaled("mcp", passive.mcp_n_m_per_rad, spread.mcp,
                                                    LIMITS["passive"]["mcp_n_m_per_rad"]))
@@ -414,7 +417,7 @@ def _strength(strength: Strength, spread: CohortSpread, draws: Draws) -> Strengt
     return Strength(
         overall=draws.scaled("strength", strength.overall, spread.strength, limits["overall"]),
         muscles=draws.of_muscles("muscle strength", strength.muscles, spread.muscle_strength,
-                                 limits["muscles"]),
+                                 limits["muscles"], spread.strengths),
         denervated=denervated)
 
 
@@ -424,7 +427,7 @@ def _recruitment(recruitment: Recruitment, spread: CohortSpread, draws: Draws) -
         recruitment, axon_seed=draws.new_seed("axons"),
         threshold=draws.scaled("threshold", recruitment.threshold, spread.threshold, limits["threshold"]),
         thresholds=draws.of_muscles("muscle threshold", recruitment.thresholds, spread.muscle_threshold,
-                                    limits["thresholds"]),
+                                    limits["thresholds"], spread.thresholds),
         chronaxies=draws.of_muscles("muscle chronaxie", recruitment.chronaxies, spread.muscle_chronaxie,
                                     limits["chronaxies"]))
 

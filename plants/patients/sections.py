@@ -58,7 +58,7 @@ LIMITS: dict[str, dict[str, Limits]] = {
 """Ranges by section of a patient's file; the range of a table applies to each of its values."""
 SPREADS: dict[str, Limits] = {
     "hand_mm": (0.0, 40.0), "forearm_radius_mm": (0.0, 15.0), "delay_ms": (0.0, 50.0),
-    "muscle_delay_ms": (0.0, 50.0),
+    "muscle_delay_ms": (0.0, 50.0), "delays_ms": (0.0, 50.0),
     "voluntary": (0.0, 0.5), "denervated": (0.0, 0.5), "along_mm": (0.0, 20.0), "around_deg": (0.0, 20.0),
     "tremor_hz": (0.0, 5.0), "length": (0.0, 0.1), "joint_mm": (0.0, 8.0), "axis_deg": (0.0, 12.0),
     "width_mm": (0.0, 15.0), "motor_along_mm": (0.0, 20.0), "motor_around_deg": (0.0, 20.0),
@@ -467,6 +467,10 @@ class Tremor:
                             spread_hz=self.spread_hz, muscles=self.muscles)
 
 
+OF_SINGLE_MUSCLES = ("strengths", "thresholds", "delays_ms", "naturals")
+"""Tables of standard deviations by muscle."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CohortSpread:
     """Standard deviations between patients of one kind; 0: all have the preset's value.
@@ -479,6 +483,8 @@ class CohortSpread:
     strength, muscle_strength: strength of all muscles together, and in addition of each muscle.
     threshold, muscle_threshold: likewise. muscle_chronaxie: chronaxie of each muscle.
     natural, muscle_natural: natural frequency, likewise.
+    strengths, thresholds, delays_ms, naturals: of single muscles, in place of `muscle_strength`,
+        `muscle_threshold`, `muscle_delay_ms`, `muscle_natural`.
     endurance, mcp, spasticity: endurance, MCP stiffness, reflex gain.
     length, joint_mm, axis_deg, width_mm: bones' lengths, first joints of the digits (each direction), tilt of
         each joint's axes (root mean square), and width of the hand, mm.
@@ -511,9 +517,14 @@ class CohortSpread:
     motor_around_deg: float = 0.0
     motor_depth_mm: float = 0.0
     rest_deg: float = 0.0
+    strengths: dict[str, float] = field(default_factory=dict)
+    thresholds: dict[str, float] = field(default_factory=dict)
+    delays_ms: dict[str, float] = field(default_factory=dict)
+    naturals: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        refuse("cohort", self, spread_limits(tuple(each.name for each in fields(self))))
+        refuse("cohort", self, spread_limits(tuple(each.name for each in fields(self))),
+               *OF_SINGLE_MUSCLES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

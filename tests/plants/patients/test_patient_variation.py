@@ -9,13 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import kstest, truncnorm
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, InputErrors
+from fesloop.hand.movements import MUSCLES
 from plants.electrodes import Electrodes
 from plants.muscles import Muscles
 from plants.patients.files import from_table, load, names
 from plants.patients.patient import GREATEST_NUMBER, MOST_SD, Draws, Patient
 from plants.patients.sections import (
     LIMITS,
+    OF_SINGLE_MUSCLES,
     Anthropometry,
     CohortSpread,
     DaySpread,
@@ -35,7 +37,9 @@ PRESETS = st.sampled_from([load(name) for name in names()])
 def spreads(cls):
     """Any standard deviations that are accepted."""
     limits = spread_limits(tuple(each.name for each in fields(cls)))
-    return st.builds(cls, **{key: st.floats(low, high) for key, (low, high) in limits.items()})
+    return st.builds(cls, **{key: st.dictionaries(st.sampled_from(MUSCLES), st.floats(low, high), max_size=3)
+                             if key in OF_SINGLE_MUSCLES else st.floats(low, high)
+                             for key, (low, high) in limits.items()})
 
 
 @st.composite
@@ -139,6 +143,29 @@ def test_muscles_of_members_are_as_late_and_as_quick_as_the_preset_states():
     assert all(each["naturals_rad_s"] == each["hammerstein"].activations_rad_s for each in members)
     assert min(Muscles(**from_table({"name": "anna", "muscle": {
         "delay_ms": 10.0, "delays_ms": {"FPL": -20.0}}}).muscles()).delays_ms.values()) == 5.0
+
+
+def test_single_muscles_vary_by_spreads_of_their_own():
+    """Where one muscle's spread is stated, it varies by that, and all others as before."""
+    preset = load("able_bodied")
+    own = replace(preset, cohort=replace(
+        preset.cohort, strengths={"FCR": 0.05}, thresholds={"FCR": 0.0}, delays_ms={"FCR": 2.0},
+        naturals={"FCR": 0.1}))
+    members = [[each.member(cohort=5, number=number) for each in (preset, own)] for number in range(20)]
+    for usual, mine in members:
+        assert mine.strength.overall == usual.strength.overall
+        for before, after, sds in (
+                (usual.strength.muscles, mine.strength.muscles, (preset.cohort.muscle_strength, 0.05)),
+                (usual.recruitment.thresholds, mine.recruitment.thresholds, (1.0, 0.0)),
+                (usual.muscle.naturals, mine.muscle.naturals, (preset.cohort.muscle_natural, 0.1))):
+            assert {k: v for k, v in before.items() if k != "FCR"} == {
+                k: v for k, v in after.items() if k != "FCR"}
+            assert math.log(after["FCR"]) == pytest.approx(math.log(before["FCR"]) * sds[1] / sds[0])
+        assert mine.muscle.delays_ms["FCR"] == pytest.approx(
+            usual.muscle.delays_ms["FCR"] * 2.0 / preset.cohort.muscle_delay_ms)
+        assert mine.muscle.delays_ms["PL"] == usual.muscle.delays_ms["PL"]
+    with pytest.raises(InputErrors, match=r"cohort.strengths: no muscle is named 'FRC'|cohort.strengths.FRC"):
+        CohortSpread(strengths={"FRC": 0.1})
 
 
 def test_days_shift_the_arrays_as_the_preset_states():
