@@ -8,6 +8,7 @@ from plants.muscles import Muscles
 from plants.muscles.ding import Ding2003, Ding2003Fatigue
 from plants.muscles.lags import Hammerstein, MuscleFatigue
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex
+from plants.muscles.variation import Variation
 
 MS = 1_000_000
 COUNT = len(MUSCLES)
@@ -37,6 +38,7 @@ def patient(model):
     """Muscles with everything that a patient may have."""
     return tiring(model, reflex=StretchReflex(), tremor=MuscleTremor(), delay_growth=2.0,
                   delay_ms=20.0, delays_ms=own(20.0, 15.0), naturals_rad_s=own(25.0, 15.0),
+                  variation=Variation(trial=0.1, muscle_trial=0.2, drift=0.1, muscle_drift=0.2),
                   hammerstein=Hammerstein(activation_rad_s=25.0, activations_rad_s=own(25.0, 15.0)))
 
 

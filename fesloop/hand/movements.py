@@ -15,6 +15,7 @@ does (doi 10.1186/s12984-018-0460-1).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -128,3 +129,17 @@ def muscle(name: str) -> int:
     if name not in MUSCLES:
         raise InputError("muscle", f"{name!r}", ", ".join(MUSCLES), did_you_mean(name, MUSCLES))
     return MUSCLES.index(name)
+
+
+def each_muscle(usual: float, own: Mapping[str, float], where: str) -> Array:
+    """The number of each muscle, (muscles,): from `own` by name, `usual` for all others.
+
+    Raises InputError, which begins with `where`, for an unknown muscle.
+    """
+    numbers = np.full(len(MUSCLES), usual)
+    for name, number in own.items():
+        try:
+            numbers[muscle(name)] = number
+        except InputError as fault:
+            raise InputError(where, fault.found, fault.allowed, fault.remedy) from fault
+    return numbers

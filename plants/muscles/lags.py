@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
-from fesloop.hand.movements import MUSCLES
+from fesloop.hand.movements import MUSCLES, each_muscle
 from fesloop.loop.clock import NS_PER_S
 from plants.checks import require_not_negative, require_positive
-from plants.muscles.by_name import each_muscle
 
 Array = NDArray[np.float64]
 FASTEST_HZ = 100.0
@@ -296,20 +295,21 @@ class Riener:
 @compiled
 def follow(
     levels: Array, drive: Array, first_s: Array, second_s: Array, drive_ns: int, fitness: Array,
-    effort: Array, fatigue: FitnessRates, effort_ns: int, times_ns: NDArray[np.int64], activation: Array,
-    fit: Array,
+    effort: Array, fatigue: FitnessRates, effort_ns: int, factors: Array, times_ns: NDArray[np.int64],
+    activation: Array, fit: Array,
 ) -> None:
     """Fill `activation` and `fit` (n, muscles) at `times_ns` (n,).
 
     The lags have `levels` (2, muscles) at `drive_ns`, and `drive` (muscles,) since then; the muscles have
-    `fitness` (muscles,) at `effort_ns`, and `effort` (muscles,) since then.
+    `fitness` (muscles,) at `effort_ns`, and `effort` (muscles,) since then. `factors` (muscles,) multiply
+    the levels.
     """
     settled = np.empty_like(levels)
     for k in range(times_ns.size):
         settle_lags(levels, drive, first_s, second_s, (times_ns[k] - drive_ns) / NS_PER_S, settled)
         tire(fitness, effort, fatigue, (times_ns[k] - effort_ns) / NS_PER_S, fit[k])
         for i in range(drive.size):
-            activation[k, i] = min(settled[1, i], 1.0) * fit[k, i]
+            activation[k, i] = min(factors[i] * settled[1, i], 1.0) * fit[k, i]
 
 
 @compiled

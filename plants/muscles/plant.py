@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand.movements import MUSCLES
+from fesloop.hand.movements import MUSCLES, each_muscle
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
-from plants.muscles.by_name import each_muscle
 from plants.muscles.ding import Ding2003, Ding2007
 from plants.muscles.lags import (
     NO_FATIGUE,
@@ -32,6 +31,7 @@ from plants.muscles.lags import (
     limit_pulses,
 )
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex, greatest_efforts, trembling, within
+from plants.muscles.variation import Variation
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -86,16 +86,19 @@ class MusclesState:
         values that change.
     waves: sinusoids of the tremor (3, c).
     strength: fraction of force left after the wear of trials.
+    slow, factors: slow part of the variation (1 + muscles,), and its factors (muscles,) in this trial.
     """
 
-    __slots__ = ("acting", "arriving", "effort", "fitness", "latched", "latest", "natural", "now_ns", "sent",
-                 "since_ns", "stimulated", "strength", "waves")
+    __slots__ = ("acting", "arriving", "effort", "factors", "fitness", "latched", "latest", "natural",
+                 "now_ns", "sent", "since_ns", "slow", "stimulated", "strength", "waves")
 
-    def __init__(self, stimulated: Any, natural: LagState, fitness: Array, waves: Array) -> None:
+    def __init__(self, stimulated: Any, natural: LagState, fitness: Array, waves: Array, slow: Array,
+                 factors: Array) -> None:
         count = len(MUSCLES)
         self.now_ns = self.since_ns = 0
         self.stimulated, self.natural = stimulated, natural
         self.fitness, self.effort, self.waves = fitness, np.zeros(count), waves
+        self.slow, self.factors = slow, factors
         self.latched = MuscleInputs(None, None, None, None)
         self.sent: list[Array] = [np.zeros((2, count)), np.zeros(count), np.zeros(count)]
         self.acting: list[Array] = list(self.sent)
@@ -121,6 +124,7 @@ class MusclesState:
         ahead.now_ns, ahead.since_ns = self.now_ns, self.since_ns
         ahead.stimulated, ahead.natural = self.stimulated.copy(), self.natural.copy()
         ahead.fitness, ahead.effort, ahead.waves = self.fitness, self.effort, self.waves
+        ahead.slow, ahead.factors = self.slow, self.factors
         ahead.latched = self.latched
         ahead.sent, ahead.acting = self.sent.copy(), self.acting.copy()
         ahead.strength = self.strength
@@ -185,7 +189,7 @@ HIGHEST_HZ = 500.0
 class Muscles:
     """The 29 muscles of hand and forearm (`fesloop.hand.movements`): four models, fatigue, reflex, tremor.
 
-        stimulated = model(v(t - delay), f(t - delay))
+        stimulated = factor model(v(t - delay), f(t - delay))
         natural'' + 2 w natural' + w^2 natural = w^2 min(effort + reflex, 1 - v)
         activation = fitness min(1, stimulated + natural + tremor)
 
@@ -194,7 +198,8 @@ class Muscles:
     times h(f) = (f / fusion_hz)^2 / (1 + (f / fusion_hz)^2); `ding2003` and `ding2007` follow single
     pulses, the first when f begins, the next 1 / f later and so on, whatever v does; a pulse takes the v
     that acts at its instant. Fibres that stimulation holds are out of reach of effort and reflex, whose
-    drives are held between messages and tire nobody (chosen: at will, fibres take turns). All is exact at
+    drives are held between messages and tire nobody (chosen: at will, fibres take turns). The factor of
+    `variation` differs from trial to trial, and does not tire a muscle more or less. All is exact at
     any instant, Ding's force within 1e-6 (`STEP_NS` in `plants.muscles.ding`), and the same to
     the last bit whoever looks in between.
 
@@ -218,6 +223,7 @@ class Muscles:
         equations (`ding2003.fatigue`).
     rest_between_trials_s: rest of the muscles before the next trial, s (chosen).
     wear_per_trial: fraction of force that all muscles lose from trial to trial without recovery.
+    variation: of the strength of stimulated muscle from trial to trial; without parameters: none.
     voluntary_limit: greatest voluntary effort; 0 for complete paralysis.
     voluntary_limits: greatest voluntary effort of single muscles by name, in place of it.
     natural_rad_s: natural frequency w of effort and reflex (16, as of stimulation; grip-force data: 20-25).
@@ -237,6 +243,7 @@ class Muscles:
     fatigue: MuscleFatigue | None = None
     rest_between_trials_s: float = 10.0
     wear_per_trial: float = 0.0
+    variation: Variation = field(default_factory=Variation)
     voluntary_limit: float = 1.0
     voluntary_limits: dict[str, float] = field(default_factory=dict)
     natural_rad_s: float = 16.0
@@ -277,8 +284,10 @@ class Muscles:
 
     def init(self, context: Context) -> MusclesState:
         """State at rest, without fatigue."""
+        slow = self.variation.start(context)
         return MusclesState(self._constants.contraction.start(), self._constants.natural.start(),
-                            np.ones(len(MUSCLES)), self._waves(context))
+                            np.ones(len(MUSCLES)), self._waves(context), slow,
+                            self.variation.factors(slow, context))
 
     def next_trial(self, state: MusclesState, context: Context) -> MusclesState:
         """State at rest, with the fatigue left after the pause between trials."""
@@ -286,7 +295,9 @@ class Muscles:
         if self.fatigue is not None:
             fitness = self.fatigue.after(fitness, np.zeros(len(MUSCLES)), rest_s)
         rested = self._constants.contraction.rested(state.stimulated, rest_s)
-        following = MusclesState(rested, self._constants.natural.start(), fitness, self._waves(context))
+        slow = self.variation.later(state.slow, state.now_ns / NS_PER_S + rest_s, context)
+        following = MusclesState(rested, self._constants.natural.start(), fitness, self._waves(context), slow,
+                                 self.variation.factors(slow, context))
         following.strength = (1.0 - self.wear_per_trial) * state.strength
         return following
 
@@ -335,7 +346,7 @@ class Muscles:
         if isinstance(model, TwoLags) and self.tremor is None and state.natural.idle:
             follow(stimulated.levels, stimulated.drive, model.first_s, model.second_s, stimulated.since_ns,
                    state.fitness, state.effort, self.fatigue.rates if self.fatigue else NO_FATIGUE,
-                   state.since_ns, np.array(times_ns), activation, fit)
+                   state.since_ns, state.factors, np.array(times_ns), activation, fit)
         else:
             for k, instant in enumerate(times_ns):
                 model.advance(stimulated, instant)
@@ -394,6 +405,7 @@ class Muscles:
         """(activation, fitness) at the instant of the state."""
         now, fitness = state.now_ns, self._fitness(state, state.now_ns)
         activation, capacity = self._constants.contraction.look(state.stimulated, now)
+        activation *= state.factors
         if self.tremor is not None or not state.natural.idle:
             natural, _ = self._constants.natural.look(state.natural, now)
             if self.tremor is not None:

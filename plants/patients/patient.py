@@ -30,6 +30,7 @@ from plants.checks import MOST_ELEMENTS
 from plants.electrodes.arrays import DORSAL, MOTOR_POINTS, AxonScatter, MotorPoint
 from plants.muscles.ding import Ding2003, Ding2003Fatigue
 from plants.muscles.lags import Hammerstein
+from plants.muscles.variation import Variation
 from plants.patients.sections import (
     LIMITS,
     Anatomy,
@@ -96,6 +97,8 @@ def muscles(patient: Patient, model: str = "") -> dict[str, Any]:
         "natural_rad_s": natural, "naturals_rad_s": naturals, "voluntary_limit": voluntary.limit,
         "voluntary_limits": dict(voluntary.muscles),
         "hammerstein": Hammerstein(activation_rad_s=natural, activations_rad_s=naturals)}
+    if patient.variation != Variation():
+        parameters["variation"] = patient.variation
     if patient.fatigue is not None:
         if model == "ding2003":
             parameters["ding2003"] = Ding2003(fatigue=Ding2003Fatigue())
@@ -544,6 +547,7 @@ class Patient:
         calibration: sections of the file; defaults are those of an able-bodied adult of average proportions,
         with sensors and electrodes in their places and measured without error.
     tolerance: limits of stimulation below those of the `safety` block.
+    variation: of stimulated muscle's strength from trial to trial (`plants.muscles.variation`).
     fatigue, spasticity, tremor: None for a patient without.
     cohort, day: variation between patients of this kind, and between days; None in a variant.
 
@@ -557,6 +561,7 @@ class Patient:
     strength: Strength = field(default_factory=Strength)
     recruitment: Recruitment = field(default_factory=Recruitment)
     muscle: MuscleDynamics = field(default_factory=MuscleDynamics)
+    variation: Variation = field(default_factory=Variation)
     fatigue: Fatigue | None = None
     voluntary: Voluntary = field(default_factory=Voluntary)
     passive: Passive = field(default_factory=Passive)
@@ -619,7 +624,7 @@ class Patient:
         tables = cast("dict[str, Any]", plain(self))
         # A patient of average proportions has the table, and so the fingerprint, of one who knows no others.
         for key, usual in (("anatomy", Anatomy()), ("sensors", SensorPlacement()),
-                           ("calibration", Calibration())):
+                           ("calibration", Calibration()), ("variation", Variation())):
             if getattr(self, key) == usual:
                 del tables[key]
         return tables

@@ -15,6 +15,7 @@ from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from plants.muscles import Muscles
+from plants.muscles.variation import Variation
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,19 @@ def test_a_run_goes_on_from_a_snapshot_and_tires_over_trials(model: str) -> None
     muscles, after = tiring(model), loop.states()["muscles"]
     assert (muscles.read(after, ())[1] > muscles.read(fitness, ())[1]).all()
     assert (muscles.read(after, ())[1] < 0.999).all()
+
+
+def test_each_trial_of_a_run_has_its_own_strength():
+    last = []
+    for _ in range(2):
+        loop, recorder = loop_of(Muscles(variation=Variation(trial=0.1, muscle_trial=0.2, muscle_drift=0.2)))
+        loop.run_until(300 * MS)
+        first = seen(recorder)[300 * MS]
+        loop.next_trial()
+        loop.run_until(300 * MS)
+        last.append(seen(recorder)[300 * MS])
+        assert (abs(last[-1] / first - 1.0) > 1e-3).all()
+    np.testing.assert_array_equal(*last)
 
 
 def test_an_experiment_files_table_is_the_object() -> None:
