@@ -1,6 +1,7 @@
 """Recordings of stimulated muscle for tests, of any doubles that such a recording can hold."""
 
 from dataclasses import fields, is_dataclass
+from itertools import product
 
 import numpy as np
 from hypothesis import strategies as st
@@ -70,6 +71,41 @@ def recording(rng, **changed):
         "width_current_a": any_numbers(rng, 2), "source": "lab.toml", "source_format": "table",
         "side": "left", "electrodes": {"biceps": "5 cm"}, "notes": "a\nb \"c\"", "steady": trials(rng),
         "courses": (course,), "movements": (movement,), "forces": (force,)}
+    return StimulationRecording(**{**given, **changed})
+
+
+ARM_JOINTS = ("elbow_flexion", "forearm_pronation", "wrist_flexion", "wrist_radial_deviation")
+
+
+def wrist_recording(torque_nm, repeats=2, current_a=0.03, width_s=2e-4, muscles=("flexor carpi radialis",),
+                    **changed):
+    """An arm's recording in eight postures of forearm and wrist; a device holds it.
+
+    `torque_nm` takes signs of forearm, flexion and radial deviation (rows, 3), repeats and muscles (rows,) of
+    the stimulated trials, and returns what stimulation evokes (rows, 4).
+    """
+    rows = [(posture, repeat, m) for repeat in range(repeats) for posture in product((-1, 1), repeat=3)
+            for m in range(PASSIVE, len(muscles))]
+    signs = np.array([posture for posture, _, _ in rows])
+    on = np.array([m != PASSIVE for _, _, m in rows])
+    reference = np.column_stack([np.zeros(len(rows)), np.deg2rad([40.0, 10.0, 10.0]) * signs])
+    device, unknown = np.zeros((len(rows), 4)), np.full((len(rows), 4), np.nan)
+    device[on] = -torque_nm(signs[on], *(np.array([row[k] for row in rows])[on] for k in (1, 2)))
+    visits = {each: number for number, each in enumerate(dict.fromkeys(row[:2] for row in rows))}
+    steady = SteadyTrials(
+        muscle=np.array([m for _, _, m in rows]), visit=np.array([visits[row[:2]] for row in rows]),
+        posture=np.array(["".join("01"[s > 0] for s in posture) for posture, _, _ in rows]),
+        order=np.array([m + 1 for _, _, m in rows]), repeat=np.array([repeat for _, repeat, _ in rows]),
+        time_s=np.arange(len(rows), dtype=float), reference_rad=reference, angle_rad=reference.copy(),
+        pulse_width_s=on * width_s, current_a=on * current_a, device_torque_nm=device,
+        device_torque_sd_nm=unknown.copy(), creep_nm=unknown.copy(), stiffness_nm_rad=unknown,
+        baseline="passive")
+    each = np.full(len(muscles), np.nan)
+    given = {
+        "person": "P1", "side": "right", "muscles": muscles, "joints": ARM_JOINTS, "zero_rad": np.zeros(4),
+        "friction_nm": np.full(4, np.nan), "frequency_hz": 40.0, "lowest_width_s": each,
+        "highest_width_s": each.copy(), "width_current_a": each.copy(), "source": "made up",
+        "source_format": "table", "notes": "", "steady": steady}
     return StimulationRecording(**{**given, **changed})
 
 

@@ -1,53 +1,25 @@
 """Tests of unfitted members in the experiment of recorded people: arm, device, and comparison."""
 
-from itertools import product
-
 import mujoco
 import numpy as np
 import pytest
+from stimulation_parts import wrist_recording
 
 from fesloop.analysis.people.pads import Forearm, HeldWrist, Pads
 from fesloop.apps.reproduce.people import unfitted
 from fesloop.apps.reproduce.people.unfitted import Evoked, compared, evoked_of, passed
 from fesloop.experiment.registry import patient_reader
 from fesloop.hand.movements import MUSCLES, muscle
-from fesloop.streams.stimulation.recording import PASSIVE, SteadyTrials, StimulationRecording
 
-JOINTS = ("elbow_flexion", "forearm_pronation", "wrist_flexion", "wrist_radial_deviation")
 ELECTRODES = tuple(Pads().muscles)
 
 
-def recorded(torque_nm, repeats=2, current_a=0.03, width_s=2e-4, muscles=ELECTRODES[:1]):
-    """A recording in eight postures; the device reads minus `torque_nm`, (rows, 4), of signs and repeats."""
-    rows = [(posture, repeat, m) for repeat in range(repeats) for posture in product((-1, 1), repeat=3)
-            for m in range(PASSIVE, len(muscles))]
-    signs = np.array([posture for posture, _, _ in rows])
-    on = np.array([m != PASSIVE for _, _, m in rows])
-    reference = np.column_stack([np.zeros(len(rows)), np.deg2rad([40.0, 10.0, 10.0]) * signs])
-    device, unknown = np.zeros((len(rows), 4)), np.full((len(rows), 4), np.nan)
-    device[on] = -torque_nm(signs[on], np.array([repeat for _, repeat, _ in rows])[on])
-    visits = {each: number for number, each in enumerate(dict.fromkeys(row[:2] for row in rows))}
-    steady = SteadyTrials(
-        muscle=np.array([m for _, _, m in rows]), visit=np.array([visits[row[:2]] for row in rows]),
-        posture=np.array(["".join("01"[s > 0] for s in posture) for posture, _, _ in rows]),
-        order=np.array([m + 1 for _, _, m in rows]), repeat=np.array([repeat for _, repeat, _ in rows]),
-        time_s=np.arange(len(rows), dtype=float), reference_rad=reference, angle_rad=reference.copy(),
-        pulse_width_s=on * width_s, current_a=on * current_a, device_torque_nm=device,
-        device_torque_sd_nm=unknown.copy(), creep_nm=unknown.copy(), stiffness_nm_rad=unknown,
-        baseline="passive")
-    each = np.full(len(muscles), np.nan)
-    return StimulationRecording(
-        person="P1", side="right", muscles=muscles, joints=JOINTS, zero_rad=np.zeros(4),
-        friction_nm=np.full(4, np.nan), frequency_hz=40.0, lowest_width_s=each, highest_width_s=each.copy(),
-        width_current_a=each.copy(), source="made up", source_format="table", notes="", steady=steady)
-
-
 def test_means_and_changes_with_posture_are_of_cells_without_the_scatter_of_repeats():
-    def torque(signs, repeats):
+    def torque(signs, repeats, _):
         scatter = np.where(repeats == 0, -0.3, 0.3)
         return np.column_stack([scatter * 0, scatter * 0, 1.0 + 0.4 * signs[:, 1] + scatter, signs[:, 2]])
 
-    recording = recorded(torque)
+    recording = wrist_recording(torque)
     found = evoked_of(recording, recording.steady.evoked_nm[:, 2:], ELECTRODES)
     assert found.mean[0] == pytest.approx([1.0, 0.0], abs=1e-12)
     # .4 over eight postures, half of which are + and half -; repeats of variance .18 average to .09 a cell
@@ -149,9 +121,9 @@ def test_steady_activation_is_that_of_40_hz(wrist):
 
 def test_a_member_is_read_as_a_person_is():
     """Without pulses the member evokes nothing; with strong ones FCR flexes, and repeats are alike."""
-    nothing = recorded(lambda signs, repeats: np.zeros((len(signs), 4)), width_s=1e-6)
+    nothing = wrist_recording(lambda signs, *_: np.zeros((len(signs), 4)), width_s=1e-6)
     assert not unfitted.simulated(nothing, 0, Pads()).mean[0].any()
-    strong = recorded(lambda signs, repeats: np.zeros((len(signs), 4)), current_a=0.1, width_s=5e-4)
+    strong = wrist_recording(lambda signs, *_: np.zeros((len(signs), 4)), current_a=0.1, width_s=5e-4)
     found = unfitted.simulated(strong, 0, Pads())
     assert found.mean[0, 0] > 0.5
     assert np.isnan(found.mean[1:]).all()

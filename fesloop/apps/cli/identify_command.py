@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from fesloop.apps.cli.output import free_target, print_made, print_table, progress_bar
 from fesloop.errors import InputError
 from fesloop.experiment.registry import identifier
 from fesloop.models.patient_model import require_usable
 
+if TYPE_CHECKING:
+    from fesloop.models.arm_people import ArmPerson
+
 
 def execute(args: Namespace) -> int:
     """Write the file of a patient's model, or of a person."""
+    if args.patient and not args.stimulation:
+        raise InputError("--patient", "is for recordings of stimulation", "--stimulation beside it",
+                         "add --stimulation, or remove it")
     return _identify_person(args) if args.stimulation else _identify_model(args)
 
 
@@ -23,13 +30,28 @@ def _identify_person(args: Namespace) -> int:
 
     out = args.out or "person.json"
     path = free_target(out, f"--out {out}")
+    patient_path = free_target(args.patient, f"--patient {args.patient}") if args.patient else None
     person, doubts, missing = identify.identify_person(args.recording)
+    report: dict[str, Any] = {**identify.summary_of(person, missing), "doubts": doubts}
+    if patient_path is not None:
+        report["patient"] = {"file": args.patient, **_write_patient(args.recording, person, patient_path)}
     identify.save(person, path)
     for each in doubts:
         print(f"fesloop: {args.recording}: {each}", file=sys.stderr)
-    print_made("person", path, {**identify.summary_of(person, missing), "doubts": doubts}, _print_person,
-               as_json=args.json)
+    print_made("person", path, report, _print_person, as_json=args.json)
+    if patient_path is not None and not args.json:
+        print(patient_path)
     return 0
+
+
+def _write_patient(recording: str, person: ArmPerson, path: Path) -> dict[str, Any]:
+    """Write a person's virtual patient; return its factors."""
+    from fesloop.analysis.people.own_patient import as_report, own_patient, patient_text
+    from fesloop.streams.stimulation import open_stimulation
+
+    own = own_patient(open_stimulation(recording), person)
+    path.write_text(patient_text(own, Path(recording).name), encoding="utf-8")
+    return as_report(own)
 
 
 def _print_person(summary: dict[str, Any]) -> None:
@@ -43,8 +65,24 @@ def _print_person(summary: dict[str, Any]) -> None:
                 f"{100 * summary['within']:.0f} % interval",
                 ["electrode", *(joint + " *" * (joint in summary["missing"]) for joint in joints)], rows,
                 sys.stderr)
+    if "patient" in summary:
+        _print_patient(summary["patient"], summary["within"])
     if summary["missing"] or not all(row["recorded"] for row in summary["electrodes"]):
         print("* not recorded: of the population, as far as the other joints do not say", file=sys.stderr)
+
+
+def _print_patient(patient: dict[str, Any], within: float) -> None:
+    def cells(row: dict[str, Any]) -> list[str]:
+        return [f"{row[key]['factor']:.2f} ({row[key]['low']:.2f} to {row[key]['high']:.2f})"
+                for key in ("strength", "threshold")]
+
+    rows = [[row["muscle"], f"{row['recorded_nm']:+.3f}", f"{row['expected_nm']:+.3f}", *cells(row)]
+            for row in patient["muscles"]]
+    print_table(f"{patient['file']}: wrist flexion, N m; factors on the preset's muscles, "
+                f"{100 * within:.0f} % interval", ["muscle", "recorded", "expected", "strength", "threshold"],
+                [*rows, ["all muscles", "", "", *cells(patient)]], sys.stderr)
+    for note in patient["notes"]:
+        print(f"{patient['file']}: {note}", file=sys.stderr)
 
 
 def _identify_model(args: Namespace) -> int:

@@ -229,6 +229,8 @@ def _add_identify(commands: _Commands[argparse.ArgumentParser]) -> None:
                          "identify_patient; with --stimulation, of fesloop import --stimulation")
     command.add_argument("--stimulation", action="store_true",
                          help="fit the torque that stimulation evokes in a person's arm, by posture")
+    command.add_argument("--patient", metavar="FILE",
+                         help="with --stimulation: write a virtual patient with the person's muscles, too")
     command.add_argument("--out", metavar="FILE",
                          help="the file to write (default: model.toml; with --stimulation, person.json)")
     command.add_argument("--measured", metavar="SIGNAL", default="",
