@@ -341,7 +341,7 @@ def _write_factors(tables: dict[str, Any], common: tuple[Factor, Factor], muscle
     return [f"strength and thresholds of {names} are the recording's, with spreads of its posterior",
             f"other muscles are those of {PRESET}, but for the strength and threshold that all muscles have "
             "in common",
-            "hand, motor points, axons, chronaxie and fatigue, and their spreads, are those of " + PRESET]
+            f"hand, motor points, axons, chronaxie, fatigue and variation between trials are those of {PRESET}"]
 
 
 def patient_text(own: OwnPatient, recording: str) -> str:

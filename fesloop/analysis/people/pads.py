@@ -81,10 +81,13 @@ class Forearm:
 
 
 class HeldWrist:
-    """A patient's muscles and hand, its wrist held: steady activation and torque."""
+    """A patient's muscles and hand, its wrist held: steady activation and torque, rested and on average.
+
+    Fatigue and variation from trial to trial are left out.
+    """
 
     def __init__(self, patient: Patient) -> None:
-        parameters = {**patient.parameters("muscles", {}), "fatigue": None}
+        parameters = {**patient.parameters("muscles", {}), "fatigue": None, "variation": {}}
         self.muscles: Any = make(find("muscles"), parameters, {}, "muscles")
         hand: Any = make(find("hand"), dict(patient.parameters("hand", {})), {}, "hand")
         self.model, self.data = hand.model, hand.init(Context("hand")).data
