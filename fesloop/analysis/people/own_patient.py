@@ -341,7 +341,8 @@ def _write_factors(tables: dict[str, Any], common: tuple[Factor, Factor], muscle
     return [f"strength and thresholds of {names} are the recording's, with spreads of its posterior",
             f"other muscles are those of {PRESET}, but for the strength and threshold that all muscles have "
             "in common",
-            f"hand, motor points, axons, chronaxie, fatigue and variation between trials are those of {PRESET}"]
+            "hand, motor points, axons, chronaxie, fatigue and variation between trials are those of "
+            + PRESET]
 
 
 def patient_text(own: OwnPatient, recording: str) -> str:

@@ -29,7 +29,8 @@ def execute(args: Namespace) -> int:
     else:
         instants = ", ".join(f"{second:g}" for second in drawn.instants_s)
         print(f"trial {drawn.trial}, counted from 0", file=sys.stderr)
-        print(f"instants, s: {instants} ({drawn.chosen})", file=sys.stderr)
+        if instants:
+            print(f"instants, s: {instants} ({drawn.chosen})", file=sys.stderr)
         print(*drawn.pictures, sep="\n")
     return 0
 

@@ -76,15 +76,16 @@ def cast_of(recording: Recording) -> Cast:
     arrays = [name for name, kind in classes.items() if hasattr(kind, "places") and _is(name, "recruitment",
                                                                                        recording)]
     electrodes = arrays[0] if arrays else ""
-    stimulator = _source(recording, f"{electrodes}.elements").partition(".")[0]
+    stimulator = source_of(recording, f"{electrodes}.elements").partition(".")[0]
     muscles = [signal.partition(".")[0] for signal in signals if signal.endswith(".activation")]
-    stimulation = _source(recording, f"{stimulator}.stimulation")
+    stimulation = source_of(recording, f"{stimulator}.stimulation")
     every = [signal for signal in signals if signal.endswith(".stimulation")]
     return Cast(player(plants[0]) if plants else None,
                 tuple(found for name in trackers if (found := player(name)) is not None),
                 player(electrodes), player(stimulator), muscles[0] if muscles else "",
                 stimulation if stimulation in signals else next(iter(every), ""),
-                _source(recording, f"{stimulator}.multiplexing"), _source(recording, f"{electrodes}.posture"))
+                source_of(recording, f"{stimulator}.multiplexing"),
+                source_of(recording, f"{electrodes}.posture"))
 
 
 def _has_hand(kind: type[Any]) -> bool:
@@ -101,7 +102,7 @@ def _is(name: str, port: str, recording: Recording) -> bool:
     return f"{name}.{port}" in [*recording.signals, *left_out]
 
 
-def _source(recording: Recording, target: str) -> str:
+def source_of(recording: Recording, target: str) -> str:
     """Name of the signal that is wired to an input; empty without one."""
     wires = recording.experiment.get("wires", [])
     return next((str(wire["from"]) for wire in wires if wire["to"] == target), "")

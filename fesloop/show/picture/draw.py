@@ -15,6 +15,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.show.picture.arm import arm_figure, arm_of
 from fesloop.show.picture.arrays import arrays_figure, stimulation_at
 from fesloop.show.picture.cast import Cast, cast_of
 from fesloop.show.picture.courses import courses_figure
@@ -107,41 +108,47 @@ def draw(
     recording: Recording, folder: Path, at_s: Sequence[float] = (), trial: int | None = None,
     progress: Progress = lambda fraction: None,
 ) -> Drawn:
-    """Draw the hand, the arrays at every instant, and time courses, as far as the recording has them.
+    """Draw the hand, the arrays at every instant, and time courses, or an arm, as far as they are recorded.
 
     `trial`: which; None: the last, as a first trial may be one before anything is learnt or stimulated.
 
     Raises
     ------
-    InputError: for a recording with neither hand nor arrays or without rows, a trial or an instant that is
-        not in it, and where matplotlib is not installed or a file cannot be written.
+    InputError: for a recording with neither hand nor arrays nor arm or without rows, a trial or an instant
+        that is not in it, and where matplotlib is not installed or a file cannot be written.
     """
     _require_matplotlib()
     cast = cast_of(recording)
-    if cast.hand is None and cast.electrodes is None:
+    arm = arm_of(recording)
+    if cast.hand is None and cast.electrodes is None and not arm:
         raise InputError(str(recording.path), "has neither a hand nor electrode arrays to draw",
-                         "a recording of a plant with a parameter `hand`, or of electrodes")
+                         "a recording of a plant with a parameter `hand`, of electrodes, or of an arm")
     if not recording.trials:
         raise InputError(str(recording.path), f"holds no row of any trial (run {recording.status})",
                          "a recording with something to draw")
     trial = recording.trials - 1 if trial is None else trial
     if not 0 <= trial < recording.trials:
         raise InputError(f"--trial {trial}", "is not in the recording", f"0 to {recording.trials - 1}")
-    span = _recorded(recording, cast, trial)
+    span = _recorded(recording, cast, arm, trial)
     drawn = Drawn(trial=trial)
     _write(folder, lambda: folder.mkdir(parents=True, exist_ok=True))
-    at_ns = _instants(recording, cast, trial, span, at_s, drawn)
+    alone = cast.hand is None and cast.electrodes is None
+    at_ns = (requested_instants(at_s, span[1], trial) if alone
+             else _instants(recording, cast, trial, span, at_s, drawn))
     drawn.instants_s = [float(now) / NS_PER_S for now in at_ns]
     title = title_of(recording, cast, trial)
     stem = recording.path.stem if recording.trials == 1 else f"{recording.path.stem}_trial{trial}"
     figures: list[tuple[str, Figure]] = []
-    figure = _hand(recording, cast, trial, at_ns, title, drawn)
-    figures += [("hand", figure)] if figure is not None else []
-    progress(0.6)
-    figures += _arrays(recording, cast, trial, at_ns, title, drawn)
-    courses, notes = courses_figure(recording, cast, trial, at_ns, span[1], title)
-    drawn.notes += notes
-    figures.append(("courses", courses))
+    if arm:
+        figures.append(("arm", arm_figure(recording, arm, trial, at_ns, span[1], title)))
+    if not alone:
+        figure = _hand(recording, cast, trial, at_ns, title, drawn)
+        figures += [("hand", figure)] if figure is not None else []
+        progress(0.6)
+        figures += _arrays(recording, cast, trial, at_ns, title, drawn)
+        courses, notes = courses_figure(recording, cast, trial, at_ns, span[1], title)
+        drawn.notes += notes
+        figures.append(("courses", courses))
     for number, (name, each) in enumerate(figures):
         path = folder / f"{stem}_{name}.png"
         _write(folder, partial(each.savefig, path))
@@ -179,9 +186,9 @@ def title_of(recording: Recording, cast: Cast, trial: int) -> str:
     return ", ".join(parts) + ("" if recording.status == "done" else f" (run {recording.status})")
 
 
-def _recorded(recording: Recording, cast: Cast, trial: int) -> tuple[int, int]:
-    """First and last recorded instant of hand and electrodes."""
-    nodes = [player.name for player in (cast.hand, cast.electrodes) if player is not None]
+def _recorded(recording: Recording, cast: Cast, arm: str, trial: int) -> tuple[int, int]:
+    """First and last recorded instant of hand and electrodes, or of an arm."""
+    nodes = [player.name for player in (cast.hand, cast.electrodes) if player is not None] or [arm]
     spans = [found for name in recording.signals if name.partition(".")[0] in nodes
              if (found := span_ns(recording, name, trial)) is not None]
     if not spans:
