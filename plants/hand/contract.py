@@ -23,6 +23,7 @@ from plants.checks import require_not_negative, require_positive
 from plants.hand.assist import Hold
 from plants.hand.model import PALM
 from plants.hand.scene import GraspObject, Table, give
+from plants.hand.tendons import Tendons, pull
 
 Array = NDArray[np.float64]
 UNSTABLE_RAD_S = 1000.0
@@ -50,6 +51,8 @@ class Views(NamedTuple):
     xmat: Array
     site_xpos: Array
     sensordata: Array
+    qfrc_applied: Array
+    userdata: Array
 
 
 @dataclass(slots=True, eq=False)
@@ -58,7 +61,8 @@ class HandState:
 
     Attributes
     ----------
-    data: MuJoCo's data at `time_ns`; copied and pickled whole.
+    data: MuJoCo's data at `time_ns`, whose user data are the fibres of muscles with tendons that yield
+        (`plants.hand.tendons`); copied and pickled whole.
     time_ns: instant of the state.
     evaluated: whether accelerations and sensors are computed for this instant.
     forearm: last commanded orientation of the forearm; None before the first.
@@ -95,8 +99,11 @@ def evaluate(model: mujoco.MjModel, state: HandState) -> None:
     state.evaluated = True
 
 
-def step(model: mujoco.MjModel, state: HandState) -> None:
+def step(model: mujoco.MjModel, state: HandState, tendons: Tendons | None = None) -> None:
     """Do one fixed step under the activation in the data: `mj_step` without sensors."""
+    if tendons is not None:
+        views = state.views
+        pull(views.qpos, views.qvel, views.userdata, views.qfrc_applied, *tendons)
     mujoco.mj_forwardSkip(model, state.data, _POSITION_AND_VELOCITY if state.evaluated else _NOTHING, 1)
     mujoco.mj_implicit(model, state.data)
     state.evaluated = False
@@ -362,7 +369,8 @@ def turn_forearm(state: HandState, start: Array, target: Value) -> None:
 
 
 def advance_to(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | None, table: Table | None,
-               hold: Hold | None, state: HandState, stop_ns: int, step_ns: int) -> None:
+               hold: Hold | None, state: HandState, stop_ns: int, step_ns: int,
+               tendons: Tendons | None = None) -> None:
     """Step until `stop_ns`; RunError if the simulation becomes unstable."""
     while state.time_ns < stop_ns:
         if hold is not None and state.time_ns <= hold.over_ns + step_ns:
@@ -371,7 +379,7 @@ def advance_to(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | None,
             _lower(table, state)
         if not state.given and thing is not None:
             _offer(model, thing, state)
-        step(model, state)
+        step(model, state, tendons)
         if thing is not None and state.views.qpos[-5] < -FLOOR_M:
             _rest_on_floor(state.views)
         state.time_ns += step_ns

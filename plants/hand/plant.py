@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.errors import InputError
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import SegmentTree
@@ -26,6 +27,7 @@ from plants.hand.contract import (
     Bounds,
     HandState,
     HandValues,
+    Views,
     add_forearm_drive,
     advance_to,
     contact_forces,
@@ -57,10 +59,13 @@ from plants.hand.model import (
     set_passive_joints,
 )
 from plants.hand.scene import GraspObject, Table, add_object, add_table, require_apart
+from plants.hand.tendons import STRAIN, Tendons, activated, add_tendons, fibre_rates
 
 Array = NDArray[np.float64]
 _KEPT = 32
 """Number of settled hands in the cache (chosen: .1 MB each)."""
+LEAST_STRAIN, MOST_STRAIN = 0.003, 0.2
+"""Bounds of the tendons' strain (chosen: stable under twice the usual force; more than any tendon bears)."""
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """The state from which MuJoCo continues bit for bit."""
 
@@ -69,7 +74,7 @@ def settled(model: mujoco.MjModel, positions: Array, steps: int, hold: Hold | No
     """New data of a model, `steps` after rest at `positions` (nq,), with time 0; `hold` acts all the time."""
     data = mujoco.MjData(model)
     if not steps:
-        data.qpos[:] = positions
+        _begin(data, positions, Tendons.of(model))
         return data
     content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, content)
@@ -82,16 +87,26 @@ def settled(model: mujoco.MjModel, positions: Array, steps: int, hold: Hold | No
 def _settled_state(content: bytes, positions: bytes, steps: int, hold: Hold | None) -> bytes:
     """MuJoCo's state for `settled`, cached by all bytes of the model."""
     model = mujoco.MjModel.from_binary_path("hand.mjb", {"hand.mjb": content})
-    data = mujoco.MjData(model)
-    data.qpos[:] = np.frombuffer(positions)
+    data, tendons = mujoco.MjData(model), Tendons.of(model)
+    _begin(data, np.frombuffer(positions), tendons)
+    relaxed = np.zeros(len(MUSCLES))
     for number in range(steps):
         if hold is not None:
             hold.approach(data, number / steps)
+        if tendons is not None:
+            tendons.pull(data, relaxed)
         mujoco.mj_step(model, data)
     data.time = 0.0
     state = np.empty(mujoco.mj_stateSize(model, _STATE))
     mujoco.mj_getState(model, data, state, _STATE)
     return state.tobytes()
+
+
+def _begin(data: mujoco.MjData, positions: Array, tendons: Tendons | None) -> None:
+    """Put the hand at rest at `positions` (nq,), its fibres in equilibrium."""
+    data.qpos[:] = positions
+    if tendons is not None:
+        tendons.rest(data)
 
 
 _SEGMENTS = np.arange(1, 18)
@@ -104,11 +119,12 @@ class Hand:
     """A whole hand of 23 degrees of freedom, moved by 29 muscles, that can grasp, in gravity.
 
         M(q) q'' + bias(q, q') = R' f + passive moments + contact
-        f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)),   l_i = l_rest - R_i (q - q_rest) / fibre length
+        f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)) = F_i T(L_i - l_i),   L_i = L_rest - R_i (q - q_rest)
 
     in MuJoCo's fixed steps; activation is latched at their starts. Muscles are those of
     `fesloop.hand.movements`, with forces, fibres and constant moment arms R of `plants.hand.model`;
-    force-length, force-velocity and passive tension are MuJoCo's muscle curves, and tendons are stiff.
+    force-length, force-velocity and passive tension are MuJoCo's muscle curves. Tendons yield by a curve T
+    (`plants.hand.tendons`): lengths l of the fibres are states, which begin in equilibrium.
     Passive moments of the joints themselves are linear (`plants.hand.model`), with springs set so that
     without gravity the hand rests at `rest_deg`.
 
@@ -120,10 +136,11 @@ class Hand:
     `site_orientation` (17, 4), to the global frame, `site_position` (17, 3), m, global, `site_rate` (17, 3),
     rad/s, and `site_force` (17, 3), m/s^2, angular velocity and specific force in the segments' frames;
     `contact_force` (16,), N, sums of the normal forces on the palm and on each bone of the digits; `velocity`
-    (29,), 1/s, lengthening of the fibres in optimal lengths; and with an object `object_position` (3,), m,
-    from the wrist's centre, `object_orientation` (4,), both global, and `object_force` (16,), N, the part of
-    `contact_force` that the object causes. Accelerations and forces are those at the end of a step, under the
-    activation that led there.
+    (29,), 1/s, lengthening of the fibres in optimal lengths, over the last step where tendons yield; and with
+    an object `object_position` (3,), m, from the wrist's centre, `object_orientation` (4,), both global, and
+    `object_force` (16,), N, the part of `contact_force` that the object causes. Accelerations and forces are
+    those at the end of a step, under the activation, and with tendons that yield under their forces, that led
+    there.
 
     Attributes
     ----------
@@ -142,6 +159,8 @@ class Hand:
     strength: factors on the peak forces of the muscles, in the order of `MUSCLES`; empty: 1.
     stiffness, damping, passive_tension: factors on the joints' stiffness, on their damping, and on the
         muscles' passive tension.
+    tendon_strain: strain of the tendons under the healthy muscles' greatest isometric force (default: that of
+        MoBL-ARMS, Saul 2015); 0: stiff tendons.
     contracture: factor on the stiffness of the MCP joints: of a total of .04 N m/rad, .03 are the joint's, so
         2.6 makes .088 (MAS 1+ after stroke), 17 makes .52 (MAS 2), 21 makes .64 (MAS 3); PMC7775510.
     object: object to grasp. table: table under it.
@@ -166,6 +185,7 @@ class Hand:
     stiffness: float = 1.0
     damping: float = 1.0
     passive_tension: float = 1.0
+    tendon_strain: float = STRAIN
     contracture: float = 1.0
     object: GraspObject | None = None
     table: Table | None = None
@@ -180,12 +200,16 @@ class Hand:
     _parts: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _bounds: Bounds = field(init=False, repr=False, compare=False)
     _hold: Hold | None = field(init=False, repr=False, compare=False)
+    _tendons: Tendons | None = field(init=False, repr=False, compare=False)
     _grid: RateClock = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_hand("hand", self)
         require_not_negative("hand", self, "elastic_n_m_rad", "settle_s")
         require_time("hand", self.assist, self.settle_s)
+        if not (self.tendon_strain == 0.0 or LEAST_STRAIN <= self.tendon_strain <= MOST_STRAIN):
+            raise InputError("hand.tendon_strain", f"{self.tendon_strain:g}",
+                             f"0 for stiff tendons, or {LEAST_STRAIN:g} to {MOST_STRAIN:g}")
         tree = hand_tree(self.hand)
         for key in ("rest_deg", "start_deg", "splint_deg", "elastic_deg"):
             require_posture(f"hand.{key}", tree, getattr(self, key))
@@ -201,8 +225,9 @@ class Hand:
         object.__setattr__(self, "_stretch", -arms / fibres[:, np.newaxis])
         object.__setattr__(self, "_grid", RateClock(
             duration_ns(self.step_ms, NS_PER_MS, "hand.step_ms"), 1))
-        model = self._compiled(arms, muscles(scale), scale**3)
+        model = self._compiled(arms, muscles(scale), scale)
         object.__setattr__(self, "model", model)
+        object.__setattr__(self, "_tendons", Tendons.of(model))
         object.__setattr__(self, "_bounds", stable_bounds(model))
         for key, names in (("_sites", [f"imu {name}" for name in tree.names]),
                            ("_tips", [f"tip {finger}d" for finger in FINGERS])):
@@ -210,12 +235,15 @@ class Hand:
         object.__setattr__(self, "_parts", parts_of_geoms(model))
         require_apart(model, self.init(Context("hand")).data)
 
-    def _compiled(self, arms: Array, rows: tuple[Muscle, ...], moments: float) -> mujoco.MjModel:
-        tree, rest = self._tree, self._rest
+    def _compiled(self, arms: Array, rows: tuple[Muscle, ...], scale: float) -> mujoco.MjModel:
+        tree, rest, moments = self._tree, self._rest, scale**3
         spec = empty_spec(1e-3 * self.step_ms)
         build_hand(spec, tree, self.hand, self._forearm(), arms)
-        add_muscles(spec, rows, np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension,
-                    -arms @ rest)
+        pulling = rows, np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension, -arms @ rest
+        if self.tendon_strain > 0.0:
+            add_tendons(spec, *pulling, self.tendon_strain, scale)
+        else:
+            add_muscles(spec, *pulling)
         object.__setattr__(self, "_hold", None if self.assist is None else add_hold(
             spec, {name: name for name in tree.freedoms if name not in self.splint_deg},
             self.assist.held_deg(tree), self.assist))
@@ -266,11 +294,36 @@ class Hand:
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
         """Advance by steps of the grid."""
-        state.views.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
+        if self._tendons is None:
+            state.views.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
+        else:
+            activated(state.views.userdata)[:] = cast(Array, inputs[0])
         if self.forearm_moves:
             turn_forearm(state, self._forearm(), inputs[1])
         advance_to(self.model, self._bounds, self.object, self.table, self._hold, state, stop_ns,
-                   self._grid.period_num)
+                   self._grid.period_num, self._tendons)
+
+    def pull(self, data: mujoco.MjData, activation: Array) -> None:
+        """Set the muscles' part of MuJoCo's data for its next step, under an activation (29,).
+
+        `mj_step` after each call goes on as the plant does; for linearisation, and comparison with MuJoCo.
+        """
+        if self._tendons is None:
+            data.ctrl[:len(MUSCLES)] = activation
+        else:
+            self._tendons.pull(data, activation)
+
+    def held_moments(self, angles: Array, activation: Array) -> Array:
+        """Moments (23,), N m, of the muscles at angles (23,), rad, held until they change no more."""
+        positions, hinges = self.model.qpos0.copy(), self._hinges()
+        positions[hinges] = angles
+        if self._tendons is not None:
+            return self._tendons.held(positions, activation)[hinges]
+        data = mujoco.MjData(self.model)
+        data.qpos[:] = positions
+        data.ctrl[:len(MUSCLES)] = activation
+        mujoco.mj_forward(self.model, data)
+        return np.array(data.qfrc_actuator[hinges])
 
     def _forearm(self) -> Array:
         """Orientation of the forearm at the start."""
@@ -284,14 +337,19 @@ class Hand:
         every, of_object = contact_forces(state.data, self._parts)
         values = HandValues(views.qpos[hinges].copy(), rates, views.qacc[hinges].copy(),
                             *sensed(views, not self.forearm_moves, _SEGMENTS, self._sites, self._tips),
-                            contact_force=every, velocity=self._stretch @ rates)
+                            contact_force=every, velocity=self._velocity(views, rates))
         return values if self.object is None else (*values, *object_pose(views), of_object)
 
     def glance(self, state: HandState) -> dict[int, Value]:
         """Outputs that need no evaluation, by port: angles, rates, velocity of the fibres."""
         hinges = self._hinges()
         rates = state.views.qvel[hinges].copy()
-        return {_ANGLES: state.views.qpos[hinges].copy(), _RATES: rates, _VELOCITY: self._stretch @ rates}
+        return {_ANGLES: state.views.qpos[hinges].copy(), _RATES: rates,
+                _VELOCITY: self._velocity(state.views, rates)}
+
+    def _velocity(self, views: Views, rates: Array) -> Array:
+        """Lengthening of the fibres (29,), 1/s, at rates (23,) of the joints."""
+        return self._stretch @ rates if self._tendons is None else fibre_rates(views.userdata).copy()
 
     def _hinges(self) -> slice:
         """Indices of the hand's freedoms among MuJoCo's."""

@@ -73,12 +73,13 @@ class MyoHand:
     - `passive`: joints have no stiffness and ten times the damping, relaxed tendons are slack; springs and
       dampers of `hand` on joints and tendons, the MCP joints' total stiffness as measured, a resting posture.
 
-    These changes are permanent: the arm is welded to the forearm, activation acts without MyoHand's own lag
-    (which the muscles' block has), skin collides as in `hand`, and RI2, whose path jumps, and the pronators
-    are removed. Force-length, force-velocity and tendon paths are MyoHand's: wrist and fingers reach its
-    ranges, extensors have a longer arm at the DIP joints, APL_r has none about the axis that moves the thumb
-    sideways, and the wrist's axis of flexion is tilted by 17 deg. The palm has the weight of its bones and,
-    as shipped, of the surfaces that tendons wrap around; the hand weighs .43 kg.
+    These changes are permanent: the arm is welded to the forearm, activation acts without MyoHand's own
+    lag (which the muscles' block has), skin collides as in `hand`, and RI2, whose path jumps, and the
+    pronators are removed. Force-length, force-velocity and tendon paths are MyoHand's, and tendons are
+    stiff: wrist and fingers reach its ranges, extensors have a longer arm at the DIP joints, APL_r has
+    none about the axis that moves the thumb sideways, and the wrist's axis of flexion is tilted by 17
+    deg. The palm has the weight of its bones and, as shipped, of the surfaces that tendons wrap around;
+    the hand weighs .43 kg.
 
     Angles are computed from the bodies' orientations, intrinsic z-x-y between segments (`joint_rotations`),
     so all 23 exist; `F1_cmc_pronation` follows from the two joints at the thumb's base. Rotations of PIP, DIP

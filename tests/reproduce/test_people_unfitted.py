@@ -10,6 +10,7 @@ from fesloop.apps.reproduce.people import unfitted
 from fesloop.apps.reproduce.people.unfitted import Evoked, compared, evoked_of, passed
 from fesloop.experiment.registry import patient_reader
 from fesloop.hand.movements import MUSCLES, muscle
+from plants.hand.model import ADULT_MM, muscles
 
 ELECTRODES = tuple(Pads().muscles)
 
@@ -84,29 +85,27 @@ def test_pads_without_error_are_over_the_average_persons_motor_points():
 
 
 def test_torque_is_tendon_force_times_moment_arm(wrist):
-    """The moment is the force that MuJoCo states, times minus the slope of the muscle's length."""
+    """Both moments are one force times minus the slopes of the length of MuJoCo's tendon."""
     activation = np.zeros(len(MUSCLES))
     activation[muscle("FCR")] = 0.4
     flexion, radial = 0.3, -0.1
     found = wrist.torque_nm(activation, flexion, radial)
-    model, data = wrist.model, wrist.data
-    angles = [data.joint(name).qpos[0] for name in ("wrist_flexion", "wrist_abduction")]
-    assert angles == pytest.approx([flexion, -radial])
-    force = data.actuator_force[muscle("FCR")]
-    data.ctrl[:] = 0.0
-    mujoco.mj_forward(model, data)
-    force -= data.actuator_force[muscle("FCR")]
+    model = wrist.hand.model
+    data, tendon = mujoco.MjData(model), model.tendon("FCR").id
+    places = [model.joint(joint).qposadr[0] for joint in ("wrist_flexion", "wrist_abduction")]
 
-    def length(joint, change):
-        data.qpos[model.joint(joint).qposadr[0]] += change
+    def length(place, change):
+        data.qpos[places] = flexion, -radial
+        data.qpos[place] += change
         mujoco.mj_forward(model, data)
-        value = data.actuator_length[muscle("FCR")]
-        data.qpos[model.joint(joint).qposadr[0]] -= change
-        return value
+        return data.ten_length[tendon]
 
-    slopes = [(length(joint, 1e-4) - length(joint, -1e-4)) / 2e-4
-              for joint in ("wrist_flexion", "wrist_abduction")]
-    assert found == pytest.approx([force * slopes[0], -force * slopes[1]], rel=1e-4)
+    slopes = [(length(place, 1e-4) - length(place, -1e-4)) / 2e-4 for place in places]
+    forces = np.array([-found[0] / slopes[0], found[1] / slopes[1]])
+    assert forces[0] == pytest.approx(forces[1], rel=1e-4)
+    strength = dict(zip(MUSCLES, wrist.hand.strength, strict=True))["FCR"]
+    largest = muscles(wrist.hand.hand.hand_mm / ADULT_MM)[muscle("FCR")].force_n * strength
+    assert 0.25 * largest < forces[0] < 0.4 * largest
     assert found[0] > 0.1
 
 

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.registry import Patient, find
 from fesloop.forms.schema import make
-from fesloop.hand.movements import MUSCLES
+from fesloop.hand.movements import FREEDOMS, MUSCLES
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import NEVER, Sample
@@ -89,8 +88,7 @@ class HeldWrist:
     def __init__(self, patient: Patient) -> None:
         parameters = {**patient.parameters("muscles", {}), "fatigue": None, "variation": {}}
         self.muscles: Any = make(find("muscles"), parameters, {}, "muscles")
-        hand: Any = make(find("hand"), dict(patient.parameters("hand", {})), {}, "hand")
-        self.model, self.data = hand.model, hand.init(Context("hand")).data
+        self.hand: Any = make(find("hand"), dict(patient.parameters("hand", {})), {}, "hand")
 
     def activation(self, recruited: Array, frequency: Array) -> Array:
         """Activation (29,) at which steady stimulation settles."""
@@ -101,16 +99,12 @@ class HeldWrist:
 
     def torque_nm(self, activation: Array, flexion_rad: float, radial_rad: float) -> Array:
         """Change (2,) of the muscles' moments of flexion and radial deviation at a held wrist."""
-        model, data = self.model, self.data
-        flexion, abduction = (model.joint(name) for name in ("wrist_flexion", "wrist_abduction"))
-        data.qpos[flexion.qposadr[0]], data.qpos[abduction.qposadr[0]] = flexion_rad, -radial_rad
-        data.qvel[:] = 0.0
-        moments = []
-        for level in (np.zeros(len(MUSCLES)), activation):
-            data.ctrl[:len(MUSCLES)] = level
-            mujoco.mj_forward(model, data)
-            moments.append((data.qfrc_actuator[flexion.dofadr[0]], -data.qfrc_actuator[abduction.dofadr[0]]))
-        return np.subtract(moments[1], moments[0])
+        wrist = [FREEDOMS.index("wrist_flexion"), FREEDOMS.index("wrist_abduction")]
+        angles = np.array(self.hand.outputs[0].initial_value())
+        angles[wrist] = flexion_rad, -radial_rad
+        change = (self.hand.held_moments(angles, activation)
+                  - self.hand.held_moments(angles, np.zeros(len(MUSCLES))))
+        return np.asarray(change[wrist] * (1.0, -1.0))
 
 
 def _with_pads(patient: Patient, pads: Pads, rng: np.random.Generator, changed: Mapping[str, Any]) -> Any:

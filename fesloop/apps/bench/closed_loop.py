@@ -3,8 +3,9 @@
 Predictive control at 40 Hz, safety, stimulator, electrodes, 29 muscles, the hand, 17 inertial sensors and a
 tracker at 100 Hz, and a recording on disk (`closed_loop.toml`): in `free` motion, and in a `grasp` of a
 cylinder on a table. A row gives microseconds per simulated millisecond, and `realtime_factor`. The reference
-is bare `mj_step` of the same model under the same activations; both alternate, in several fresh processes,
-and `ratio` is the median of the pairs. Times are CPU times of the thread.
+is bare `mj_step` of the same model under the same activations, with the kernel of its tendons; both
+alternate, in several fresh processes, and `ratio` is the median of the pairs. Times are CPU times of the
+thread.
 
 A row's `parts` show where the time goes, us per simulated ms: one part for each node, `loop` for the rest of
 the loop, `recording` for the file. Nodes are timed call by call, in separate runs. `max_abs_error` is the
@@ -64,7 +65,7 @@ def file_s(experiment: Experiment, seen: Recorder, folder: Path) -> float:
 
 
 class BareHand:
-    """MuJoCo alone, with the steps that the plant `hand` of a loop took.
+    """MuJoCo and the kernel of the tendons alone, with the steps that the plant `hand` of a loop took.
 
     Parameters
     ----------
@@ -74,7 +75,8 @@ class BareHand:
     def __init__(self, loop: Loop, seen: Recorder) -> None:
         plant: Any = next(node.plant for node in loop.wiring.nodes if node.name == "hand")
         self.model, grid = plant.model, plant.grid
-        self._start = plant.init(Context("hand")).data.qpos.copy()
+        self._pull, start = plant.pull, plant.init(Context("hand")).data
+        self._start = start.qpos.copy(), start.userdata.copy()
         steps = loop.states()["hand"].time_ns // grid.period_num
         times = np.arange(steps) * grid.period_num
         rows = [row for row in seen.inputs["hand"] if row[1] == 0]
@@ -88,11 +90,10 @@ class BareHand:
     def run_s(self) -> float:
         """Time of all steps, s."""
         model, data = self.model, mujoco.MjData(self.model)
-        data.qpos[:len(self._start)] = self._start
-        drive, heights = data.ctrl[:self._activations[0].size], self._heights
+        (data.qpos[:], data.userdata[:]), pull, heights = self._start, self._pull, self._heights
         started = thread_time()
         for k, activation in enumerate(self._activations):
-            drive[:] = activation
+            pull(data, activation)
             if heights is not None:
                 data.mocap_pos[0, 2] = heights[k]
             mujoco.mj_step(model, data)

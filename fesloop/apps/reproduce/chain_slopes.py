@@ -1,8 +1,8 @@
 """Linearisation of a patient's chain from pulse widths to posture along a trajectory.
 
 Recruitment is linearised by secants, muscles by their step response, the hand by MuJoCo's linearisation of
-its steps; the stretch reflex is left out. The slopes serve as search directions; the chain itself evaluates
-the steps.
+its steps with stiff tendons; the stretch reflex is left out. The slopes serve as search directions; the chain
+itself evaluates the steps.
 """
 
 from __future__ import annotations
@@ -120,7 +120,10 @@ class ChainSlopes:
 
     def __init__(self, chain: OpenChain) -> None:
         self._chain, parts = chain, chain.parts
-        self._model: Any = getattr(parts["hand"], "model", None)
+        hand = parts["hand"]
+        if getattr(hand, "tendon_strain", 0.0) > 0.0:
+            hand = replace(hand, tendon_strain=0.0)  # MuJoCo linearises its own muscles
+        self._model: Any = getattr(hand, "model", None)
         names = [] if self._model is None else [self._model.joint(i).name for i in range(self._model.njnt)]
         self._readout = np.zeros((len(chain.rows), len(names)))
         for column, freedom in enumerate(chain.freedoms):
@@ -187,8 +190,9 @@ class ChainSlopes:
         chain, model = self._chain, self._model
         loop = chain.begin(np.tile(widths, (chain.ticks, 1)), 0)
         loop.run_until(chain.time_ns(ticks))
-        state = loop.states()["hand"]
-        a, b = self._linear_step(state.data.qpos, state.data.qvel, state.data.ctrl)
+        states = loop.states()
+        state = states["hand"]
+        a, b = self._linear_step(state.data.qpos, state.data.qvel, self._controls(states))
         drives = self._response[-1][:, np.newaxis] * self.front.slopes(widths)
         moved = np.linalg.solve(np.eye(len(a)) - a, b @ drives)[:model.nv]
         sums = chain.rows @ chain.parts["hand"].glance(state)[0] + chain.offset
@@ -210,14 +214,21 @@ class ChainSlopes:
             loop.run_until(int(stop))
             seen = loop.states()
             data = seen["hand"].data
-            states.append((data.qpos.copy(), data.qvel.copy(), data.ctrl.copy()))
+            states.append((data.qpos.copy(), data.qvel.copy(), self._controls(seen)))
             fitness.append(muscles.read(seen["muscles"], ())[1])
             if number % PARTS == 0:
                 course.append(chain.rows @ hand.glance(seen["hand"])[0] + chain.offset)
         return states, np.array(fitness), np.array(course)
 
+    def _controls(self, states: dict[str, Any]) -> Array:
+        """Activation of the muscles, then MuJoCo's controls of other drives, from the states of a loop."""
+        ctrl = states["hand"].data.ctrl
+        others = self._model.nu - len(MUSCLES)
+        activation = self._chain.parts["muscles"].read(states["muscles"], ())[0]
+        return np.concatenate([activation, ctrl[len(ctrl) - others:]])
+
     def _linear_step(self, qpos: Array, qvel: Array, ctrl: Array) -> tuple[Array, Array]:
-        """Matrices A (2 v, 2 v) and B (2 v, controls) of one step, linearised at this state."""
+        """Matrices A (2 v, 2 v) and B (2 v, 29) of one step, linearised at this state."""
         size = 2 * self._model.nv
         a, b = np.zeros((size, size)), np.zeros((size, self._model.nu))
         self._scratch.qpos[:], self._scratch.qvel[:], self._scratch.ctrl[:] = qpos, qvel, ctrl

@@ -62,8 +62,9 @@ def test_a_severely_spastic_hand_resists_and_moments_are_bounded():
     plant = Hand(settle_s=2.0, splint_deg=BRACED, assist=assisted(), **parameters)
     data = plant.init(Context("hand")).data
     mujoco.mj_forward(plant.model, data)
-    drives = {plant.model.actuator(number).name.removeprefix("hold "): data.actuator_force[number]
-              for number in range(len(MUSCLES), plant.model.nu)}
+    drives = {name.removeprefix("hold "): data.actuator_force[number]
+              for number, name in enumerate(plant.model.actuator(i).name for i in range(plant.model.nu))
+              if name.startswith("hold ")}
     assert drives.keys() >= STRAIGHT.keys()
     for name, moment in drives.items():
         assert abs(moment) <= most_n_m(name) + 1e-12
@@ -79,7 +80,8 @@ def test_a_snapshot_in_the_release_goes_on_to_the_bit():
     plant.advance(parted, RELAXED, 1_150_000_000, 2_000_000_000)
     for one, other in zip(plant.read(whole, RELAXED), plant.read(parted, RELAXED), strict=True):
         np.testing.assert_array_equal(one, other)
-    assert not whole.data.ctrl[len(MUSCLES):].any()
+    assert len(whole.data.ctrl) >= len(STRAIGHT)
+    assert not whole.data.ctrl.any()
 
 
 @pytest.mark.parametrize(("changes", "words"), [

@@ -51,6 +51,15 @@ def settled(plant, activation, seconds=2.0):
     return np.degrees(plant.read(state, [activation])[0])
 
 
+def pulled(plant, data, activation):
+    """Moments (d,), N m, of muscles at rest at the posture in the data, their fibres in equilibrium."""
+    data.qvel[:] = 0.0
+    for _ in range(1000):
+        plant.pull(data, activation)
+    mujoco.mj_forward(plant.model, data)
+    return data.qfrc_actuator + data.qfrc_applied
+
+
 def turned(plant, seconds=2.0, **loads):
     """How far loads turn the index finger's joints, deg."""
     return (settled(plant, newtons(**loads), seconds) - settled(plant, newtons(), 0.1))[INDEX]
@@ -90,11 +99,12 @@ def test_kamper_with_passive_moments_the_long_flexors_bend_all_three_joints():
 
 
 def test_kamper_without_passive_moments_pip_flexes_and_mcp_extends():
-    """From the resting posture, 1 N on either tendon: within 30 ms FDP shortens by 9 mm and FDS by 6, that
-    is .3 and .2 m/s. The DIP joint, which extended by 8 deg in Kamper's model, flexes by 12 deg.
+    """From the resting posture, 1 N on either tendon, which takes 2 ms to stretch: within 30 ms from then FDP
+    shortens by 9 mm and FDS by 6, that is .3 and .2 m/s. The DIP joint, which extended by 8 deg in Kamper's
+    model, flexes by 10 deg (12 with stiff tendons).
     """
     loose = weightless(splint_deg=STRAIGHT, stiffness=0.0, damping=0.0, passive_tension=0.0)
-    bent = turned(loose, 0.03, FDP2=1.0, FDS2=1.0)
+    bent = turned(loose, 0.032, FDP2=1.0, FDS2=1.0)
     shortened = moment_arms(TREE, 0.0)[[muscle("FDP2"), muscle("FDS2")]][:, INDEX] @ np.deg2rad(bent)
     assert bent[1] > 40.0
     assert bent[0] < -3.0
@@ -110,8 +120,7 @@ def test_mcp_stiffness_tendons_included_is_as_measured(contracture, low, high):
     moments = []
     for angle in (-0.02, 0.02):
         data.qpos[INDEX[0]] += angle
-        mujoco.mj_forward(plant.model, data)
-        moments.append((data.qfrc_passive + data.qfrc_actuator)[INDEX[0]])
+        moments.append((pulled(plant, data, newtons()) + data.qfrc_passive)[INDEX[0]])
         data.qpos[INDEX[0]] -= angle
     assert low < -(moments[1] - moments[0]) / 0.04 < high
 
@@ -132,10 +141,11 @@ def test_the_relaxed_wrists_moment_is_as_measured(wrist, moment):
     # Held by next to infinite damping, the fingers free.
     model.dof_damping[0], data.qpos[0] = 1e6, np.deg2rad(wrist)
     model.jnt_limited[0] = 0
-    mujoco.mj_step(model, data, nstep=1000)
-    data.qvel[0] = 0.0
-    mujoco.mj_forward(model, data)
-    assert data.qfrc_passive[0] + data.qfrc_actuator[0] == pytest.approx(moment, abs=0.1)
+    for _ in range(1000):
+        plant.pull(data, newtons())
+        mujoco.mj_step(model, data)
+    muscle_moment = pulled(plant, data, newtons())[0]
+    assert data.qfrc_passive[0] + muscle_moment == pytest.approx(moment, abs=0.1)
 
 
 @pytest.mark.parametrize(("freedom", "sign", "low", "high"), [
@@ -145,13 +155,21 @@ def test_the_wrists_largest_moments_are_within_measured_ranges(freedom, sign, lo
     """All muscles that turn the hand one way pull, at the angle where they do most (Delp 1996)."""
     plant, joint = weightless(), TREE.freedom(freedom)
     data, pulling = plant.init(Context("hand")).data, sign * moment_arms(TREE, 0.0)[:, joint] > 0.0
-    data.ctrl[:] = pulling
     moments = []
     for angle in np.linspace(*TREE.ranges[joint], 15):
         data.qpos[joint] = angle
-        mujoco.mj_forward(plant.model, data)
-        moments.append(sign * data.qfrc_actuator[joint])
+        moments.append(sign * pulled(plant, data, pulling)[joint])
     assert low < max(moments) < high
+
+
+@pytest.mark.parametrize("strain", [0.0, 0.033])
+def test_held_moments_are_those_in_which_a_held_hand_ends(strain):
+    plant = Hand(tendon_strain=strain)
+    data, activation = plant.init(Context("hand")).data, newtons(FDP2=20.0, EDC3=5.0, ECRB=10.0, FPL=30.0)
+    data.qpos[INDEX] = 0.4, 0.6, 0.3
+    found = plant.held_moments(data.qpos.copy(), activation)
+    assert found == pytest.approx(pulled(plant, data, activation), abs=1e-6)
+    assert np.abs(found).max() > 0.2
 
 
 @pytest.mark.parametrize(("wrist", "mcp", "pip", "dip"), [
