@@ -173,4 +173,7 @@ def test_people_have_the_torques_that_another_script_finds(recordings):
     assert theirs["ECRL: flexion, mean (sd over people)"].startswith("-0.139 (0.075)")
     assert theirs["FCU: radial deviation, mean (sd over people)"].startswith("+0.004 (0.006)")
     assert theirs["PL: flexion, sd over postures over mean"].startswith("0.68")
+    radius = dict(found.sweeps["unfitted_pads"].rows)
+    smaller, greater = (np.array(radius[f"pads of {mm} mm radius"]) for mm in (10, 14))
+    assert (smaller > greater).all()
     assert found.curves["unfitted"]["ours_nm"].shape == (unfitted.MEMBERS, 4, 2)

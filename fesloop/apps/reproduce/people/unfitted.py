@@ -11,6 +11,7 @@ its muscles evoke nothing, and its posture changes nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -31,7 +32,7 @@ from fesloop.models.dry_friction import play
 from fesloop.streams.stimulation import StimulationRecording
 
 Array = NDArray[np.float64]
-PRESET, COHORT, MEMBERS = "able_bodied", 1, 20
+PRESET, COHORT, MEMBERS, MANY = "able_bodied", 1, 20, 100
 AXES = ("wrist_flexion", "wrist_radial_deviation")
 FACTOR, SPREAD_FACTOR, LEAST_CHANGE = 2.0, 1.5, 0.3
 """Bars: of mean flexion, of the spread between people, and of the change with posture over the mean."""
@@ -141,9 +142,9 @@ def passed(torque_nm: Array, visit: NDArray[np.int64], order: NDArray[np.int64])
     return out
 
 
-def members(people: Sequence[StimulationRecording], pads: Pads) -> Iterator[Evoked]:
+def members(people: Sequence[StimulationRecording], pads: Pads, count: int = MEMBERS) -> Iterator[Evoked]:
     """Members, each with the settings and in the postures of one of the people, in turn."""
-    for number in range(MEMBERS):
+    for number in range(count):
         yield simulated(people[number % len(people)], number, pads)
 
 
@@ -152,7 +153,26 @@ def part(folder: Path, random_people: int) -> Part:
     pads = Pads()
     people = recordings(folder)
     theirs = [evoked_of(each, _wrist(each), list(pads.muscles)) for each in people]
-    return compared(theirs, list(members(people, pads)), pads)
+    found = compared(theirs, list(members(people, pads)), pads)
+    return Part(found.rows, {**found.sweeps, "unfitted_pads": _other_pads(people, theirs)}, found.curves)
+
+
+def _other_pads(people: Sequence[StimulationRecording], theirs: Sequence[Evoked]) -> Sweep:
+    """Mean flexion over that of people with other pads than the chosen ones, and of more members."""
+    usual, names = Pads(), list(Pads().muscles.values())
+    tried = {f"{MANY} members": (usual, MANY),
+             **{f"pads of {mm:g} mm radius": (replace(usual, radius_mm=mm), MEMBERS)
+                for mm in (usual.radius_mm - 2.0, usual.radius_mm + 2.0)},
+             **{f"placed within {mm:g} mm": (replace(usual, error_mm=mm), MEMBERS)
+                for mm in (0.5 * usual.error_mm, 1.5 * usual.error_mm)}}
+    barred = [names.index(name) for name in BARRED]
+    known = _over(np.mean, [each.mean for each in theirs])[barred, 0]
+    rows = []
+    for label, (pads, count) in tried.items():
+        ours = _over(np.mean, [each.mean for each in members(people, pads, count)])[barred, 0]
+        rows.append((label, tuple((ours / known).tolist())))
+    return Sweep(title="unfitted members with other pads: mean flexion over that of people", unit="1",
+                 columns=BARRED, rows=tuple(rows))
 
 
 def _wrist(recording: StimulationRecording) -> Array:
