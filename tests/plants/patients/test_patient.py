@@ -14,6 +14,7 @@ from fesloop.forms.toml import toml_text
 from fesloop.hand.movements import INTRINSIC, MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
+from fesloop.models.arm_responses import DELAY_UNIT_S, ArmResponses
 from plants.electrodes import Electrodes
 from plants.hand import Hand
 from plants.hand.model import moment_arms
@@ -90,6 +91,21 @@ def test_every_number_of_a_preset_has_a_source_or_says_that_it_is_chosen(name):
             block = line
         elif "=" in line and '"' not in line.partition("#")[0]:
             assert line.partition("#")[2] or block, line
+
+
+def test_delay_and_speed_are_those_of_the_recorded_people():
+    people, preset, block = ArmResponses.shipped(), load("able_bodied"), Muscles()
+    delay, speed, unit_ms = people.delay, people.log_frequency, 1e3 * DELAY_UNIT_S
+    for delay_ms, rad_s in ((preset.muscle.delay_ms, preset.muscle.natural_rad_s),
+                            (block.delay_ms, block.natural_rad_s),
+                            (block.delay_ms, block.hammerstein.activation_rad_s)):
+        assert delay_ms == pytest.approx(unit_ms * delay.mean, abs=1.0)
+        assert rad_s == pytest.approx(math.exp(speed.mean), rel=0.02)
+    assert preset.cohort.muscle_delay_ms == pytest.approx(
+        unit_ms * math.hypot(delay.among, delay.within), abs=0.5)
+    assert preset.cohort.natural == pytest.approx(speed.between, abs=0.01)
+    assert preset.cohort.muscle_natural == pytest.approx(math.hypot(speed.among, speed.within), abs=0.01)
+    assert load("sci_c6").muscle.natural_rad_s == pytest.approx(120.0 / 80.0 * preset.muscle.natural_rad_s)
 
 
 def test_an_able_bodied_adult_is_what_the_blocks_are_without_a_patient():
