@@ -1,4 +1,4 @@
-"""A virtual patient with the muscles of a recorded person: strength, thresholds, delay and speed.
+"""A virtual patient with the muscles of a recorded person: strength, thresholds, delay, speed, variation.
 
 A person's evoked torque (`ArmPerson`) is that of an arm in a device. A patient is muscles, nerves and a hand.
 Both meet where pads over FCR, PL, FCU and ECRL flex or extend a held wrist: there the torque of the preset's
@@ -29,6 +29,7 @@ from scipy.stats import norm
 from fesloop.analysis.people.courses import fits_of
 from fesloop.analysis.people.pads import Forearm, HeldWrist, Pads
 from fesloop.analysis.people.population import trials_of
+from fesloop.analysis.people.scatter import Scatter, repeats_of, scatter_of, simulated
 from fesloop.errors import InputError
 from fesloop.experiment.registry import Patient, patient_reader
 from fesloop.forms.toml import toml_text
@@ -50,6 +51,9 @@ posture has .74 to 1.38 times the torque of the first)."""
 ODD = 0.05
 """Probability that an electrode's torque is not that of a pad near its muscle (chosen): what no member has,
 such as nothing at strong pulses, changes the patient little."""
+VARIATION_LOG_SD, SIMULATED = 0.2, 12
+"""Spread between people of the logarithm of variation between trials (five people: .25, less the errors of
+single estimates), and simulations of a recording that state such an error."""
 SPAN, PLACES = 3.5, 29
 """Standard deviations to either side, and number of places, of each grid (chosen)."""
 MOST, MOST_CONTRARY = 10.0, 1.0
@@ -150,7 +154,7 @@ def own_patient(recording: StimulationRecording, person: ArmPerson) -> OwnPatien
     factors = [MuscleFactors(each.muscle, each.electrode, each.torque_nm, float(np.sqrt(each.variance)),
                              usual, *pair) for each, usual, pair in zip(seen, expected, single, strict=True)]
     notes = _write_factors(tables, common, factors)
-    notes += _write_courses(tables, recording, pads)
+    notes += [*_write_courses(tables, recording, pads), _write_variation(tables, recording)]
     tables["name"] = recording.person
     tables["description"] = (f"{PRESET}, with {', '.join(each.muscle for each in factors)} of "
                              f"{recording.person}")
@@ -341,8 +345,7 @@ def _write_factors(tables: dict[str, Any], common: tuple[Factor, Factor], muscle
     return [f"strength and thresholds of {names} are the recording's, with spreads of its posterior",
             f"other muscles are those of {PRESET}, but for the strength and threshold that all muscles have "
             "in common",
-            "hand, motor points, axons, chronaxie, fatigue and variation between trials are those of "
-            + PRESET]
+            "hand, motor points, axons, chronaxie and fatigue, and their spreads, are those of " + PRESET]
 
 
 def patient_text(own: OwnPatient, recording: str) -> str:
@@ -436,6 +439,31 @@ def courses_posterior(
             single[pads.muscles[electrode]] = Factor(
                 share * (value - common.mean), float(np.sqrt(share * error + (share * common.sd)**2)))
     return common, single
+
+
+def _write_variation(tables: dict[str, Any], recording: StimulationRecording) -> str:
+    """Write how much a person's muscles vary between trials, relative to the preset; return what it is.
+
+    Friction of the device makes repeats differ more. The person's estimate is therefore compared with those
+    of the same recording, simulated with the preset's variation, and pulled to the preset by their scatter.
+    """
+    variation = tables["variation"]
+    usual, drift_s = Scatter(*(variation[name] for name in Scatter._fields)), variation["drift_s"]
+    steady, rng = recording.steady, np.random.default_rng(0)
+    if steady is None or np.isnan(steady.time_s).any():
+        return f"variation between trials is that of {PRESET}: times of trials are not known"
+
+    def log_of(each: StimulationRecording) -> float:
+        return float(np.log(np.hypot.reduce(scatter_of([repeats_of(each)], drift_s))))
+
+    try:
+        own = log_of(recording)
+        others = [log_of(simulated(recording, usual, drift_s, rng)) for _ in range(SIMULATED)]
+    except InputError as fault:
+        return f"variation between trials is that of {PRESET}: the recording {fault.found}"
+    share = VARIATION_LOG_SD**2 / (VARIATION_LOG_SD**2 + float(np.var(others, ddof=1)))
+    variation["scale"] = _short(np.exp(share * (own - float(np.mean(others)))))
+    return f"variation between trials is {variation['scale']:.2g} times that of {PRESET}, by repeats"
 
 
 def _short(value: float) -> float:

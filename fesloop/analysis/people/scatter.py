@@ -83,8 +83,9 @@ def repeats_of(recording: StimulationRecording) -> Repeats:
         rows = np.flatnonzero(steady.muscle == number)
         means = np.array([evoked[cell].mean(axis=0)
                           for (muscle, _), cell in cells.items() if muscle == number])
-        strongest = int(np.argmax(np.sqrt((means**2).mean(axis=0)) / sd))
-        if abs(means[:, strongest].mean()) >= LEAST_MEAN * sd[strongest]:
+        size = np.sqrt((means**2).mean(axis=0))
+        strongest = int(np.argmax(np.divide(size, sd, out=np.zeros_like(sd), where=sd > 0.0)))
+        if sd[strongest] > 0.0 and abs(means[:, strongest].mean()) >= LEAST_MEAN * sd[strongest]:
             angles = np.column_stack([np.ones(len(rows)), steady.reference_rad[rows]])
             joint[rows], own = strongest, evoked[rows, strongest]
             torque[rows] = angles @ np.linalg.lstsq(angles, own, rcond=None)[0]

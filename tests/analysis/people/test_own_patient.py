@@ -8,10 +8,13 @@ from fesloop.analysis.people import own_patient
 from fesloop.analysis.people.own_patient import courses_posterior, posterior
 from fesloop.analysis.people.pads import Forearm, HeldWrist, Pads
 from fesloop.analysis.people.population import ArmPopulation, trials_of
+from fesloop.analysis.people.scatter import Scatter
+from fesloop.analysis.people.scatter import simulated as scatter_simulated
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.registry import patient_reader
 from fesloop.models.arm_responses import ArmResponses
+from fesloop.streams.stimulation import open_stimulation
 from fesloop.streams.stimulation.stored import write_stimulation
 
 SPREADS = {"strength": 0.25, "muscle_strength": 0.15, "threshold": 0.18, "muscle_threshold": 0.12}
@@ -179,12 +182,41 @@ def test_command_writes_a_patient_that_experiments_take(tmp_path, monkeypatch, c
     assert own.cohort.strengths["FCR"] < preset.cohort.muscle_strength + 0.01
     assert own.cohort.motor_along_mm == preset.cohort.motor_along_mm
     assert own.muscle == preset.muscle
+    assert "# variation between trials is" in text
     members = [own.member(cohort=1, number=number) for number in range(40)]
     strengths = np.log([each.strength.overall * each.strength.muscles["FCR"] for each in members])
     total = np.hypot(own.cohort.strength, own.cohort.strengths["FCR"])
     assert 0.6 * total < strengths.std() < 1.4 * total
     choice = ("patient=own.toml", "cohort=1", "member=3")
     assert main(["check", "open_close", *(word for each in choice for word in ("--set", each))]) == 0
+
+
+@pytest.mark.parametrize(("noise_nm", "repeats", "reason"), [
+    (0.0, 2, "has no muscle of a clear torque"), (0.01, 1, "has no repeated steady trials")])
+def test_variation_that_repeats_do_not_tell_is_the_presets(noise_nm, repeats, reason):
+    rng = np.random.default_rng(0)
+    recording = wrist_recording(lambda signs, *_: np.array([0.0, 0.0, 0.3, 0.0]) + noise_nm * rng.normal(
+        size=(len(signs), 4)), repeats=repeats)
+    tables = {"variation": dict(patient_reader().load("able_bodied").table()["variation"])}
+    assert own_patient._write_variation(tables, recording).endswith(f"the recording {reason}")
+    assert tables["variation"]["scale"] == 1.0
+
+
+@pytest.mark.slow
+def test_variation_between_trials_is_found_again(recordings):
+    """A recorded person, simulated with half and twice the preset's variation."""
+    person = open_stimulation(recordings / "fes_exo" / "S9006.npz")
+    preset = patient_reader().load("able_bodied").table()["variation"]
+    scales = {}
+    for factor in (0.5, 1.0, 2.0):
+        scatter = Scatter(*(factor * preset[name] for name in Scatter._fields))
+        tables = {"variation": dict(preset)}
+        made_up = scatter_simulated(person, scatter, preset["drift_s"], np.random.default_rng(5))
+        assert "by repeats" in own_patient._write_variation(tables, made_up)
+        scales[factor] = tables["variation"]["scale"]
+    assert scales[0.5] < 0.75
+    assert 0.85 < scales[1.0] < 1.18
+    assert 1.5 < scales[2.0] < 2.2
 
 
 @pytest.mark.slow
