@@ -254,3 +254,12 @@ def test_a_snapshot_has_the_fibres():
         plant.advance(other, [activation], 60_000_000, 120_000_000)
         np.testing.assert_array_equal(other.data.userdata, state.data.userdata)
         np.testing.assert_array_equal(other.data.qpos, state.data.qpos)
+
+
+def test_a_weak_muscle_pulls_as_a_strong_one_that_is_less_active():
+    """Its tendon is that of the healthy muscle."""
+    posture, level = np.array(Hand().outputs[0].initial_value()), np.full(29, 0.3)
+    strong, weak = (Hand(strength=(factor,) * 29).held_moments(posture, level / factor)
+                    for factor in (1.0, 0.5))
+    np.testing.assert_allclose(weak, strong, rtol=0, atol=1e-9)
+    assert np.abs(strong - Hand().held_moments(posture, 0.5 * level)).max() > 0.1
