@@ -54,6 +54,8 @@ such as nothing at strong pulses, changes the patient little."""
 VARIATION_LOG_SD, SIMULATED = 0.2, 12
 """Spread between people of the logarithm of variation between trials (five people: .25, less the errors of
 single estimates), and simulations of a recording that state such an error."""
+USUAL = 0.1
+"""Recruitment at which torque over recruitment is taken: with tendons that yield it depends on it, by 3 %."""
 SPAN, PLACES = 3.5, 29
 """Standard deviations to either side, and number of places, of each grid (chosen)."""
 MOST, MOST_CONTRARY = 10.0, 1.0
@@ -240,7 +242,7 @@ def _torques(seen: Sequence[_Seen], hertz: float, preset: Patient, pads: Pads, f
     """Mean torque (members, strengths, thresholds), N m, that the device reads, by electrode."""
     wrist = HeldWrist(preset)
     whole = wrist.activation(np.ones(len(MUSCLES)), np.full(len(MUSCLES), hertz))
-    arms = {place: np.array([wrist.torque_nm(row, *place)[0] for row in np.diag(whole)])
+    arms = {place: np.array([wrist.torque_nm(row, *place)[0] / USUAL for row in USUAL * np.diag(whole)])
             for each in seen for place in map(tuple, each.settings[:, 3:].tolist())}
     threshold = preset.parameters("electrodes", {})["threshold"]
     found = [np.zeros((MEMBERS, PLACES, PLACES)) for _ in seen]
