@@ -68,15 +68,11 @@ def test_pulses_of_a_pad_recruit_alone_and_alike():
     assert hertz[muscle("FCR")] == pytest.approx(40.0)
 
 
-def test_pads_without_error_are_over_the_average_persons_motor_points():
-    from plants.electrodes.arrays import MOTOR_POINTS
-
+def test_pads_without_error_are_over_the_persons_own_motor_points():
     block = forearm_of(5, error_mm=0.0).block
-    scale = block.length_mm / 260.0
-    assert block.length_mm == member(5).electrodes(4)["length_mm"]
-    points = {point.muscle: (np.deg2rad(point.around_deg) * block.radius_mm, scale * point.along_mm)
-              for point in MOTOR_POINTS}
-    points["ECRL"] = np.deg2rad(30.0) * block.radius_mm, scale * 86.0
+    points = {point.muscle: (np.deg2rad(point.around_deg) * block.radius_mm, point.along_mm)
+              for point in member(5).electrodes(4)["motor_points"]}
+    points["ECRL"] = tuple(np.mean([points[name] for name in ("ECRL", "ECRB", "EDC2", "EDC3")], axis=0))
     expected = [points[name] for name in ("FCR", "PL", "FCU", "ECRL")]
     assert block.places[:, :2] == pytest.approx(np.array(expected))
     assert block.places[:, 2] == pytest.approx(12.0)

@@ -26,26 +26,25 @@ _STEADY_NS = 5 * NS_PER_S
 class Pads:
     """Surface pads, each over one muscle's motor point, as an experimenter places them.
 
-    The recordings state neither size nor place. A pad is over the motor point of the average person, at the
-    same share of the member's forearm, with an error: an experimenter moves a pad until the wanted movement
-    is seen, but does not see the motor point.
+    The recordings state neither size nor place. A pad is over the person's motor point, with an error: an
+    experimenter moves a pad until the wanted movement is seen, but does not see the motor point.
 
     Attributes
     ----------
     radius_mm: of a pad (chosen: a common small round one has 25 mm).
     error_mm: standard deviation of a pad's place around the forearm and along it (chosen).
     muscles: muscle under each electrode.
-    places: (deg, mm) around and along an adult's forearm, of electrodes that are elsewhere. That of ECRL is
-        where it extends without much deviation, between ECRL and ECRB (chosen).
+    between: motor points over whose middle an electrode lies instead. That of ECRL lies where the wrist
+        extends without much deviation (chosen).
     """
 
     radius_mm: float = 12.0
-    error_mm: float = 5.0
+    error_mm: float = 6.0
     muscles: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({
         "flexor carpi radialis": "FCR", "palmaris longus": "PL", "flexor carpi ulnaris": "FCU",
         "extensor carpi radialis longus": "ECRL"}))
-    places: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({
-        "extensor carpi radialis longus": (30.0, 86.0)}))
+    between: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({
+        "extensor carpi radialis longus": ("ECRL", "ECRB", "EDC2", "EDC3")}))
 
 
 class Forearm:
@@ -109,16 +108,14 @@ class HeldWrist:
 
 def _with_pads(patient: Patient, pads: Pads, rng: np.random.Generator, changed: Mapping[str, Any]) -> Any:
     """Block `electrodes` of a patient with one pad for each of the muscles."""
-    usual: Any = find("electrodes")()
-    points = {point.muscle: (point.around_deg, point.along_mm) for point in usual.motor_points}
     own = dict(patient.parameters("electrodes", {}))
-    scale = own["length_mm"] / usual.length_mm
+    points = {each["muscle"]: (each["around_deg"], each["along_mm"]) for each in own["motor_points"]}
     errors = pads.error_mm * rng.normal(size=(len(pads.muscles), 2))
     positions = []
     for (electrode, name), (around, along) in zip(pads.muscles.items(), errors, strict=True):
-        deg, mm = pads.places.get(electrode, points[name])
-        positions.append([deg + np.degrees(around / own["radius_mm"]),
-                          float(np.clip(scale * mm + along, 0.0, own["length_mm"]))])
+        deg, mm = np.mean([points[each] for each in pads.between.get(electrode, (name,))], axis=0)
+        positions.append([float(deg + np.degrees(around / own["radius_mm"])),
+                          float(np.clip(mm + along, 0.0, own["length_mm"]))])
     arrays = [{"positions": positions, "pad_mm": pads.radius_mm}]
     own = dict(patient.parameters("electrodes", {"arrays": arrays}))
     return make(find("electrodes"), {**own, "arrays": arrays, "shift_mm": 0.0, "shift_deg": 0.0, **changed},

@@ -90,7 +90,7 @@ def simulated(patient, seed, electrodes=ELECTRODES, noise_nm=0.02, **settings):
 
 def of_strength(factor, number):
     """A member of the preset whose muscles are `factor` times as strong as the preset's."""
-    tables = patient_reader().load("able_bodied").member(cohort=7, number=number).table()
+    tables = patient_reader().load("able_bodied").member(cohort=9, number=number).table()
     tables["strength"] |= {"overall": factor, "muscles": {}}
     return patient_reader().from_table(tables, "known")
 
@@ -112,7 +112,7 @@ def test_patients_of_known_strength_are_found_again(monkeypatch):
     monkeypatch.setattr(own_patient, "MEMBERS", 60)
     inside, scores, narrower = [], [], []
     for number in range(10):
-        patient = patient_reader().load("able_bodied").member(cohort=7, number=number)
+        patient = patient_reader().load("able_bodied").member(cohort=9, number=number)
         own = own_patient.own_patient(*simulated(patient, number))
         for each in own.muscles:
             truth = np.log([patient.strength.overall * patient.strength.muscles[each.muscle],

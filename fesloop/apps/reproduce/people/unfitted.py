@@ -32,7 +32,7 @@ from fesloop.models.dry_friction import play
 from fesloop.streams.stimulation import StimulationRecording
 
 Array = NDArray[np.float64]
-PRESET, COHORT, MEMBERS, MANY = "able_bodied", 1, 20, 100
+PRESET, COHORT, MEMBERS, FEWER = "able_bodied", 1, 100, 20
 AXES = ("wrist_flexion", "wrist_radial_deviation")
 FACTOR, SPREAD_FACTOR, LEAST_CHANGE = 2.0, 1.5, 0.3
 """Bars: of mean flexion, of the spread between people, and of the change with posture over the mean."""
@@ -158,18 +158,18 @@ def part(folder: Path, random_people: int) -> Part:
 
 
 def _other_pads(people: Sequence[StimulationRecording], theirs: Sequence[Evoked]) -> Sweep:
-    """Mean flexion over that of people with other pads than the chosen ones, and of more members."""
+    """Mean flexion over that of people with other pads than the chosen ones, of fewer members."""
     usual, names = Pads(), list(Pads().muscles.values())
-    tried = {f"{MANY} members": (usual, MANY),
-             **{f"pads of {mm:g} mm radius": (replace(usual, radius_mm=mm), MEMBERS)
+    tried = {f"{FEWER} members": usual,
+             **{f"pads of {mm:g} mm radius": replace(usual, radius_mm=mm)
                 for mm in (usual.radius_mm - 2.0, usual.radius_mm + 2.0)},
-             **{f"placed within {mm:g} mm": (replace(usual, error_mm=mm), MEMBERS)
+             **{f"placed within {mm:g} mm": replace(usual, error_mm=mm)
                 for mm in (0.5 * usual.error_mm, 1.5 * usual.error_mm)}}
     barred = [names.index(name) for name in BARRED]
     known = _over(np.mean, [each.mean for each in theirs])[barred, 0]
     rows = []
-    for label, (pads, count) in tried.items():
-        ours = _over(np.mean, [each.mean for each in members(people, pads, count)])[barred, 0]
+    for label, pads in tried.items():
+        ours = _over(np.mean, [each.mean for each in members(people, pads, FEWER)])[barred, 0]
         rows.append((label, tuple((ours / known).tolist())))
     return Sweep(title="unfitted members with other pads: mean flexion over that of people", unit="1",
                  columns=BARRED, rows=tuple(rows))
