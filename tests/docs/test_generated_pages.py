@@ -112,11 +112,7 @@ def test_every_command_is_told_of_with_its_options():
     assert "| `--out` | folder of the recording (default: runs) |" in text
 
 
-UNFINISHED = {"people"}
-"""Comparisons whose result is kept when all of their parts are there: what is kept is not fitted again."""
-
-
 def test_every_paper_has_its_place_on_the_page_of_validation():
     shown = [name for name, _ in fenced("validation.md", "result")]
     assert shown == re.findall(r"fesloop reproduce (\w+)", (DOCS / "validation.md").read_text())
-    assert set(shown) == set(PAPERS) - UNFINISHED
+    assert set(shown) == set(PAPERS)
