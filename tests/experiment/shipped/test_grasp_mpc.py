@@ -95,7 +95,7 @@ def test_two_fingers_pinch_by_the_aperture(tmp_path):
     metrics = fesloop.load("pinch_mpc", ["follow=aperture"]).run(tmp_path).metrics
     assert metrics["held"] == [True]
     force = metrics["grip_force_n"]
-    assert force["F2"][0] + force["F3"][0] > 10.0 * (force["F4"][0] + force["F5"][0] + force["palm"][0])
+    assert force["F2"][0] + force["F3"][0] > 5.0 * (force["F4"][0] + force["F5"][0])
 
 
 @pytest.mark.parametrize("tracker", ["constrained", pytest.param("ideal", marks=pytest.mark.slow),
@@ -128,7 +128,7 @@ def test_a_model_of_the_aperture_is_identified_through_the_tracker(tmp_path):
     recording = fesloop.load("identify_grasp", ["follow=aperture"]).run(tmp_path).recording
     model = identify_recording(str(recording)).model
     assert model.outputs == load_patient_model("grasp_sci_c6_aperture").outputs
-    assert min(model.fit["half_second"].values()) > 60.0
+    assert min(model.fit["free_run"].values()) > 45.0
     model.save(tmp_path / "mine.toml")
     grasp = fesloop.load("grasp_mpc", ["follow=aperture", f"model={tmp_path / 'mine.toml'}"])
     assert grasp.run(tmp_path).metrics["held"] == [True]
@@ -140,7 +140,7 @@ def test_a_model_for_the_key_grasp_is_identified_through_the_tracker(tmp_path):
     model = identify_recording(str(recording)).model
     shipped = load_patient_model("key_sci_c6")
     assert (model.outputs, model.electrodes) == (shipped.outputs, shipped.electrodes)
-    assert min(model.fit["half_second"].values()) > 60.0
+    assert min(model.fit["free_run"].values()) > 40.0
     model.save(tmp_path / "mine.toml")
     grasp = fesloop.load("key_mpc", [f"model={tmp_path / 'mine.toml'}"])
     assert grasp.run(tmp_path).metrics["held"] == [True]
