@@ -73,6 +73,15 @@ def test_every_picture_is_small_and_told_of():
     assert max(pictures.values()) < 120_000
 
 
+def test_every_picture_of_a_reproduction_is_small_and_on_a_page():
+    pages = "".join(page.read_text() for page in DOCS.rglob("*.md"))
+    shown = set(re.findall(r"\]\(\.\./results/(\w+\.png)\)", pages))
+    sizes = {path.name: path.stat().st_size for path in (DOCS / "results").glob("*.png")}
+    assert shown
+    assert shown == set(sizes)
+    assert max(sizes.values()) < 150_000
+
+
 def test_every_block_kind_is_in_the_reference():
     pages = {package: "\n".join(block_pages(package)) for package in PACKAGES}
     for kind in registry.kinds():

@@ -1,13 +1,17 @@
 """Tests of `fesloop reproduce people`: who predicts whom, and that scores are those of plain formulas."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
 
-from fesloop.analysis.people.courses import StepResponse
+from fesloop.analysis.people.courses import StepResponse, fits_of
 from fesloop.analysis.people.population import ArmPopulation
 from fesloop.apps.reproduce import people
+from fesloop.apps.reproduce.figures import draw
 from fesloop.apps.reproduce.people import bench, evoked
+from fesloop.apps.reproduce.result import Reproduction
 from fesloop.errors import InputError
 from fesloop.models.arm_responses import ArmResponses, effective_a
 from fesloop.streams.stimulation import open_stimulation
@@ -77,6 +81,48 @@ def test_a_random_persons_widths_are_the_usable_ones():
     assert shares == pytest.approx([response.lowest[0], response.highest[0]])
     assert times[0] == 0.0
     assert 1.0 <= times[2] <= 1.05
+
+
+def test_recruitment_is_drawn_for_courses_that_are_explained(recordings, tmp_path):
+    people = [open_stimulation(recordings / "fes_exo" / f"{name}.npz")
+              for name in ("S9002", "S9003", "S9007")]
+    curves = bench.recruitment_curves(people, 50)
+    assert {name: [fit["person"] for fit in each["fits"]] for name, each in curves.items()} == {
+        "biceps": ["S9007"], "triceps": ["S9002"], "palmaris longus": ["S9007"]}
+    for each in curves.values():
+        assert (np.diff(each["band"], axis=0) >= 0.0).all()
+        assert (np.diff(each["band"], axis=1) >= 0.0).all()
+        for fit in each["fits"]:
+            at, theirs, ours = (fit["ramps"][name] for name in ("at_ma", "theirs_nm", "ours_nm"))
+            assert each["at_ma"][0] < at.min() < at.max() < each["at_ma"][-1]
+            # widths rise for 2 s of the 4: the highest current is in the middle of the recorded ramps
+            assert at.argmax() * 0.01 == pytest.approx(2.0, abs=0.6)
+            assert abs(theirs.argmax() - at.argmax()) * 0.01 < 1.0
+            assert np.corrcoef(theirs, ours)[0, 1] > 0.7
+    written = draw(Reproduction("people", 1, [], curves={"recruitment": curves}), tmp_path)
+    assert [path.name for path in written] == ["recruitment.png"]
+
+
+def test_a_course_without_ramps_has_none(recordings):
+    person = open_stimulation(recordings / "fes_exo" / "S9002.npz")
+    course = person.courses[1]
+    short = replace(course, **{name: getattr(course, name)[:round(14.8 / course.period_s)] for name in (
+        "pulse_width_s", "angle_rad", "device_torque_nm")})
+    (fit,) = fits_of(replace(person, courses=(short,)))
+    assert all(np.isnan(each).all() for each in bench.ramps(fit, short).values())
+
+
+def test_intervals_narrow_with_the_postures_that_are_known(recordings, tmp_path):
+    person = open_stimulation(recordings / "fes_exo" / "S9004.npz")
+    found = evoked.learned(person, ArmPopulation.shipped(), 400)
+    assert list(found["intervals_nm"]) == [0, 4, 24]
+    low, _, high = np.moveaxis(np.array(list(found["intervals_nm"].values())), 1, 0)
+    assert (np.diff(high - low, axis=0) < 0.0).all()
+    inside = (low <= found["theirs_nm"]) & (found["theirs_nm"] <= high)
+    assert inside.shape == (3, 8, 4)
+    assert inside.mean(axis=(1, 2)).min() > 0.8
+    written = draw(Reproduction("people", 1, [], curves={"learned": found}), tmp_path)
+    assert [path.name for path in written] == ["learned.png"]
 
 
 @pytest.mark.slow

@@ -142,6 +142,7 @@ class CourseFit(NamedTuple):
     gain_nm: torque of the whole muscle. friction_nm: of the device.
     sd: standard deviations of delay, s, of the logarithm of natural frequency, of the probit at the highest
         width, and of the logarithm of spread, by the curvature at the greatest density.
+    places: (stretches, n), sample numbers. seen_nm, fitted_nm: torque there, NaN after a stretch's end.
     """
 
     response: Response
@@ -151,6 +152,9 @@ class CourseFit(NamedTuple):
     gain_nm: float
     friction_nm: float
     sd: Array
+    places: NDArray[np.int64]
+    seen_nm: Array
+    fitted_nm: Array
 
 
 class Prior(NamedTuple):
@@ -223,7 +227,8 @@ def fit_course(course: TorqueCourse, joint: int, person: str, electrode: str) ->
         bounds=(low, high), diff_step=np.full(len(low), 1e-3), x_scale="jac", max_nfev=80)
         for spread, friction in ((0.2, 0.0), (0.1, -0.5), (0.3, 0.3))]
     best = min(tried, key=lambda each: float(each.cost))
-    q, left = best.x, (model(best.x) - seen)[inside]
+    q, fitted = best.x, model(best.x)
+    left = (fitted - seen)[inside]
     mean = np.where(inside, seen, 0.0).sum(axis=1, keepdims=True) / inside.sum(axis=1, keepdims=True)
     spread, slopes = float(np.exp(q[3])), np.asarray(best.jac, float)
     return CourseFit(
@@ -231,7 +236,8 @@ def fit_course(course: TorqueCourse, joint: int, person: str, electrode: str) ->
                           1e3 * float(np.exp(highest - spread * q[2]))),
         joint=joint, size_nm=size, explained=float(1.0 - (left**2).sum() / ((seen - mean)[inside]**2).sum()),
         gain_nm=float(sign * size * np.exp(q[5])), friction_nm=float(FRICTION_NM[joint] * np.exp(q[4])),
-        sd=np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes))[:4]))
+        sd=np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes))[:4]), places=places,
+        seen_nm=np.where(inside, seen, np.nan), fitted_nm=np.where(inside, fitted, np.nan))
 
 
 def _stretches(course: TorqueCourse) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

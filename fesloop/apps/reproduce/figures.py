@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import cycle
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -155,6 +156,8 @@ def beside_theory(found: Reproduction) -> Figure:
 
 BLUE, ORANGE, GREY, GREEN = "#0072b2", "#d55e00", "#666666", "#009e73"
 """Colours that the colour-blind can distinguish (Okabe and Ito)."""
+SKY = "#56b4e9"
+_OF_PEOPLE = ("black", ORANGE, GREEN, "#cc79a7", "#e69f00", SKY)
 COLOURS = {"B": ORANGE, "M1": BLUE, "M2": GREEN}
 
 
@@ -454,6 +457,70 @@ def postures(found: Reproduction) -> Figure | None:
     return figure
 
 
+def recruitment(found: Reproduction) -> Figure | None:
+    """Draw torque that a device reads in ramps, recorded and fitted, and recruited shares, by electrode.
+
+    Shares beyond the recorded currents are dashed; the band is of random people.
+    """
+    kept = found.curves.get("recruitment")
+    if not kept:
+        return None
+    people = sorted({fit["person"] for each in kept.values() for fit in each["fits"]})
+    colours = dict(zip(people, cycle(_OF_PEOPLE), strict=False))
+    figure = _figure(1.0 + 2.2 * len(kept), 5.6)
+    panels = figure.subplots(2, len(kept), sharex="col", squeeze=False)
+    for number, (above, axes, (electrode, each)) in enumerate(zip(*panels, kept.items(), strict=True)):
+        low, middle, high = each["band"]
+        axes.fill_between(each["at_ma"], low, high, color=BLUE, alpha=0.2, linewidth=0.0,
+                          label="random people, 5-95 %")
+        axes.plot(each["at_ma"], middle, color=BLUE, linewidth=1.0, label="random people, median")
+        for fit in each["fits"]:
+            colour, ramps = colours[fit["person"]], fit["ramps"]
+            inside = (each["at_ma"] >= ramps["at_ma"].min()) & (each["at_ma"] <= ramps["at_ma"].max())
+            axes.plot(each["at_ma"], fit["share"], "--", color=colour, linewidth=0.7)
+            axes.plot(each["at_ma"][inside], fit["share"][inside], color=colour, linewidth=2.0)
+            above.plot(ramps["at_ma"], ramps["ours_nm"], color=colour, linewidth=1.0)
+            above.plot(ramps["at_ma"][::8], ramps["theirs_nm"][::8], ".", color=colour, markersize=4)
+        above.set_xlim(each["at_ma"][0], each["at_ma"][-1])
+        _tidy(above, y="" if number else "torque in ramps, N m", title=fill(electrode, 20))
+        _tidy(axes, "effective current, mA", "" if number else "recruited share")
+    last = panels[1, 0]
+    last.plot([], [], ".", color=GREY, label="recorded, up and down")
+    last.plot([], [], "--", color=GREY, linewidth=0.7, label="beyond the recording")
+    for person, colour in colours.items():
+        last.plot([], [], color=colour, linewidth=1.2, label=f"{person}, fitted")
+    figure.legend(*last.get_legend_handles_labels(), frameon=False, fontsize="small", ncols=5,
+                  loc="outside lower center")
+    return figure
+
+
+def learned(found: Reproduction) -> Figure | None:
+    """Draw a person's torque by electrode and joint: measured, and intervals by how much is known of them."""
+    kept = found.curves.get("learned")
+    if not kept:
+        return None
+    names, intervals = kept["electrodes"], kept["intervals_nm"]
+    figure = _figure(12.0, 1.4 + 0.45 * len(names))
+    panels = figure.subplots(1, len(kept["joints"]), sharey=True)
+    at = np.arange(len(names))
+    for j, axes in enumerate(panels):
+        for (count, (low, _, high)), colour, shift in zip(
+                intervals.items(), ("0.7", SKY, BLUE), (-0.25, 0.0, 0.25), strict=True):
+            axes.hlines(at + shift, low[:, j], high[:, j], color=colour, linewidth=4, label=(
+                f"posterior, {count} postures" if count else "prior (population)") + ", 90 %")
+        axes.vlines(kept["theirs_nm"][:, j], at - 0.38, at + 0.38, color="black", linewidth=1.2,
+                    label=f"measured, {max(intervals)} postures")
+        axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
+        _tidy(axes, "torque, N m", title=kept["joints"][j].replace("_", " "))
+    panels[0].set_yticks(at, [fill(name, 15) for name in names])
+    panels[0].invert_yaxis()
+    figure.suptitle(f"{kept['person']}: evoked torque, mean over postures", fontsize="medium", x=0.01,
+                    ha="left")
+    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, fontsize="small", ncols=4,
+                  loc="outside lower center")
+    return figure
+
+
 def unfitted(found: Reproduction) -> Figure | None:
     """Draw torque at the held wrist by muscle: people black, members of the virtual patient blue.
 
@@ -504,7 +571,8 @@ _OF_PAPER: dict[str, dict[str, Any]] = {
     "array_search": {"maps": maps, "progress": progress},
     "grasp_mpc": {"latency": latency},
     "hour": {"hour": hour},
-    "people": {"postures": postures, "unfitted": unfitted, "rats": rats, "biceps": biceps},
+    "people": {"postures": postures, "learned": learned, "unfitted": unfitted, "recruitment": recruitment,
+               "rats": rats, "biceps": biceps},
     "linear_theory": {"beside_theory": beside_theory},
     "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,

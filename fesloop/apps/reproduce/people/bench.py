@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.signal import detrend
 from scipy.stats import norm
 
-from fesloop.analysis.people.courses import StepResponse, step_responses, widths_of
+from fesloop.analysis.people.courses import CourseFit, StepResponse, fits_of, step_responses, widths_of
 from fesloop.analysis.people.identify import save
 from fesloop.analysis.people.population import ArmPopulation
 from fesloop.apps.reproduce.cohort import Job, Kept
@@ -34,7 +34,14 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.muscle_paths import JOINTS
 from fesloop.loop.clock import NS_PER_S
 from fesloop.models.arm_people import ArmPerson
-from fesloop.models.arm_responses import DELAY_UNIT_S, ArmResponse, ArmResponses, effective_a
+from fesloop.models.arm_responses import (
+    CHAIN_S,
+    DELAY_UNIT_S,
+    ArmResponse,
+    ArmResponses,
+    chronaxie_s,
+    effective_a,
+)
 from fesloop.models.evoked_torque import UNDER_ELECTRODES, Weights
 from fesloop.streams.stimulation import StimulationRecording, TorqueCourse, open_stimulation
 
@@ -54,6 +61,10 @@ THRESHOLD_SD = {"people": 0.18, "muscles": 0.35}
 FACTOR = 1.5
 COVERED = (0.80, 0.97)
 _USUAL_S = 200e-6
+RAMP_S = 3.0
+"""Stretches of stimulation longer than this are ramps up and down (4 s), others steps and trains."""
+SHOWN = (0.4, 1.35)
+"""Effective currents of curves, over the highest recorded one (chosen)."""
 
 
 def part(folder: Path, random_people: int) -> Part:
@@ -62,7 +73,8 @@ def part(folder: Path, random_people: int) -> Part:
     people = [each for each in map(open_stimulation, paths) if each.courses]
     theirs = [answer for each in people for course in each.courses for answer in step_responses(course)]
     ours = [answer for course in simulated(people, people_of(folder)[1]) for answer in step_responses(course)]
-    return Part([*dynamic_rows(theirs, ours), *recruitment_rows(people, random_people)], {})
+    return Part([*dynamic_rows(theirs, ours), *recruitment_rows(people, random_people)], {},
+                {"recruitment": recruitment_curves(people, random_people)})
 
 
 def simulated(people: Sequence[StimulationRecording], by_person: dict[str, ArmPopulation]
@@ -203,6 +215,62 @@ def recruitment_rows(people: Sequence[StimulationRecording], random_people: int)
         Row(table, "recruited at the highest width, median", f"{LEAST_RECRUITED:g} or more",
             f"{np.median(highest):.2f}", bool(np.median(highest) >= LEAST_RECRUITED), "1"),
         _covered(responses, people)]
+
+
+def recruitment_curves(people: Sequence[StimulationRecording], random_people: int) -> dict[str, Any]:
+    """Recruited share over effective current, by electrode with courses that the fit explains.
+
+    Of each: currents `at_ma` (n,), percentiles 5, 50 and 95 of random people in `band` (3, n), and `fits`,
+    with the name of the `person`, their `share` (n,), and what the device reads of their `ramps`.
+    """
+    electrodes, rng = tuple(UNDER_ELECTRODES), np.random.default_rng(0)
+    drawn = [ArmResponses.shipped().drawn(electrodes, rng) for _ in range(random_people)]
+    threshold, spread = (np.array([getattr(each, name) for each in drawn])
+                         for name in ("threshold_ma", "spread"))
+    fits = [(fit, course) for person in people for course in person.courses
+            for fit in fits_of(replace(person, courses=(course,)))]
+    curves = {}
+    for number, electrode in enumerate(electrodes):
+        mine = [each for each in fits if each[0].response.electrode == electrode]
+        if mine:
+            highest = max(_effective_ma(electrode, course).max() for _, course in mine)
+            at = highest * np.geomspace(*SHOWN, 80)
+            shares = _share(at, threshold[:, [number]], spread[:, [number]])
+            curves[electrode] = {
+                "at_ma": at, "band": np.percentile(shares, [5.0, 50.0, 95.0], axis=0),
+                "fits": [{"person": fit.response.person, "ramps": ramps(fit, course),
+                          "share": _share(at, fit.response.threshold_ma, fit.response.spread)}
+                         for fit, course in mine]}
+    return curves
+
+
+def ramps(fit: CourseFit, course: TorqueCourse) -> dict[str, Array]:
+    """Mean of the ramps of a course: effective current, mA, and what the device reads, N m, also fitted.
+
+    Torque is positive in the muscle's direction, relative to that before a ramp, and later than the current
+    by the fitted lag. NaN for a course without ramps.
+    """
+    response, period = fit.response, course.period_s
+    lag = (CHAIN_S + response.delay_s + 2.0 / response.frequency_rad_s) / period
+    at = _effective_ma(response.electrode, course)[np.maximum(fit.places - round(lag), 0)]
+    lasts = np.ptp(np.where(np.isfinite(fit.seen_nm), fit.places, fit.places[:, :1]), axis=1)
+    long = lasts * period > RAMP_S
+    if not long.any():
+        return {name: np.full(1, np.nan) for name in ("at_ma", "theirs_nm", "ours_nm")}
+    whole = np.isfinite(fit.seen_nm[long]).all(axis=0)
+    theirs, ours = (np.sign(fit.gain_nm) * (each[long] - each[long, :1])
+                    for each in (fit.seen_nm, fit.fitted_nm))
+    return {"at_ma": at[long][:, whole].mean(axis=0), "theirs_nm": theirs[:, whole].mean(axis=0),
+            "ours_nm": ours[:, whole].mean(axis=0)}
+
+
+def _effective_ma(electrode: str, course: TorqueCourse) -> Array:
+    return 1e3 * effective_a(course.current_a, course.pulse_width_s, chronaxie_s(electrode))
+
+
+def _share(at_ma: Array, threshold_ma: Array | float, spread: Array | float) -> Array:
+    with np.errstate(divide="ignore"):
+        return np.asarray(norm.cdf(np.log(at_ma / threshold_ma) / spread))
 
 
 def _covered(responses: ArmResponses, people: Sequence[StimulationRecording]) -> Row:

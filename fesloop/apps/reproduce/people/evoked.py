@@ -15,7 +15,7 @@ population of the others.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -31,7 +31,7 @@ from fesloop.apps.reproduce.comparison import Row
 from fesloop.apps.reproduce.people.part import Part
 from fesloop.apps.reproduce.result import Sweep
 from fesloop.hand.muscle_paths import JOINTS
-from fesloop.models.evoked_torque import Postures, features
+from fesloop.models.evoked_torque import Postures, Spreads, Weights, features
 from fesloop.streams.stimulation import StimulationRecording, open_stimulation
 
 Array = NDArray[np.float64]
@@ -41,6 +41,8 @@ BARS = (0.86, 0.82, 0.95, 0.97)
 """The least errors of a mean, lines and a Gaussian process on five people, by joint."""
 STRETCH = 0.80
 COVERED = (0.80, 0.97)
+FEW = 6
+"""Of this many postures one is known in the figure of a person's posterior."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +140,9 @@ def predicted_person(trials: Trials, population: ArmPopulation, others: Sequence
     """Predict the mean torque of each electrode and joint of a person from a population alone."""
     inside, density, plain = [], [], []
     for electrode, cells in trials.cells.items():
-        mean, covariance = population.newcomer(electrode)
         truth = cells.torque_nm.mean(axis=0)
-        centre, variance = _moments(cells.postures, scales, population, mean, covariance)
+        centre, variance = _moments(cells.postures, scales, population.spreads,
+                                    population.newcomer(electrode))
         variance += scales**2 / cells.trials.sum()
         drawn = centre + np.sqrt(variance) * rng.normal(size=centre.shape)
         low, high = np.percentile(drawn, [5.0, 95.0], axis=0)
@@ -151,18 +153,43 @@ def predicted_person(trials: Trials, population: ArmPopulation, others: Sequence
     return Unseen(np.array(inside), np.array(density), np.array(plain))
 
 
-def _moments(postures: Postures, scales: Array, population: ArmPopulation, mean: Array,
-             covariance: Array) -> tuple[Array, Array]:
+def _moments(postures: Postures, scales: Array, spreads: Spreads, weights: Weights) -> tuple[Array, Array]:
     """Mean and variance (people, 4) of the mean torque over postures, at each of the scales (people, 4)."""
     centre, variance = np.empty_like(scales), np.empty_like(scales)
-    unit = features(postures, np.ones(len(JOINTS)), population.spreads).mean(axis=0)
+    unit = features(postures, np.ones(len(JOINTS)), spreads).mean(axis=0)
     muscles = postures.arms.shape[1]
     for i, scale in enumerate(scales):
         rows = unit * scale[:, np.newaxis]
         rows[:, :muscles] = unit[:, :muscles] * scale.mean()
-        centre[i] = rows @ mean
-        variance[i] = np.einsum("jk,kl,jl->j", rows, covariance, rows)
+        centre[i] = rows @ weights.mean
+        variance[i] = np.einsum("jk,kl,jl->j", rows, weights.covariance, rows)
     return centre, variance
+
+
+def learned(recording: StimulationRecording, population: ArmPopulation, random_people: int) -> dict[str, Any]:
+    """Mean torque over all postures, N m, of a person, as it is known after none, few and all of them.
+
+    `theirs_nm` (electrodes, 4) is the measured one, `intervals_nm` by number of postures known (3,
+    electrodes, 4): percentiles 5, 50 and 95.
+    """
+    assert recording.steady is not None
+    names = sorted(set(recording.steady.posture[recording.steady.stimulated].tolist()))
+    every, rng = trials_of(recording), np.random.default_rng(0)
+    known: dict[int, tuple[Spreads, Callable[[str], Weights], Array]] = {
+        0: (population.spreads, population.newcomer, population.scales(random_people, rng))}
+    for each in (names[::FEW], names):
+        person = population.person(trials_of(recording, each))
+        known[len(each)] = (person.spreads, person.weights.__getitem__,
+                            np.tile(person.scale_nm, (random_people, 1)))
+    intervals = {}
+    for count, (spreads, weights, scales) in known.items():
+        moments = [_moments(cells.postures, scales, spreads, weights(electrode))
+                   for electrode, cells in every.cells.items()]
+        drawn = [mean + np.sqrt(variance) * rng.normal(size=mean.shape) for mean, variance in moments]
+        intervals[count] = np.percentile(drawn, [5.0, 50.0, 95.0], axis=1)
+    seen = np.array([cells.torque_nm.mean(axis=0) for cells in every.cells.values()])
+    return {"person": recording.person, "joints": JOINTS, "electrodes": list(every.cells),
+            "theirs_nm": seen, "intervals_nm": intervals}
 
 
 def _others_log_density(truth: Array, others: Sequence[Array]) -> Array:
@@ -200,7 +227,9 @@ def rows_and_sweeps(folder: Path, random_people: int) -> Part:
                       for name, each in zip(trials, postures, strict=True)))
     middle = int(np.argsort([_ratio([each], "person").mean() for each in postures])[len(postures) // 2])
     shown = {"person": list(trials)[middle], "joints": JOINTS, "by_electrode": postures[middle].by_electrode}
-    return Part(rows, {"postures": sweep}, {"postures": shown})
+    most = max(people, key=lambda each: len(each.steady.muscle) if each.steady else 0)
+    return Part(rows, {"postures": sweep}, {
+        "postures": shown, "learned": learned(most, by_person[most.person], random_people)})
 
 
 def _ratio(people: Sequence[Posture], kind: str) -> Array:
