@@ -184,15 +184,15 @@ class ForceLoop:
     Attributes
     ----------
     exponent: that power (chosen: 1 to 5 between threshold and saturation).
-    lag_ms: lag of force behind pulse width (activation rises in 133 ms).
-    delay_ms: delay of force behind pulse width, with the age of the samples (chosen: electromechanical 20 to
-        40 ms and two periods of 25 ms).
+    lag_ms: lag of force behind pulse width (activation of 16 rad/s rises from 10 to 90 % in 210 ms).
+    delay_ms: delay of force behind pulse width, with the age of the samples (electromechanical 40 ms, and two
+        periods of 25 ms).
     scale_min, scale_max: limits of s (chosen).
     """
 
     exponent: float = 3.0
-    lag_ms: float = 133.0
-    delay_ms: float = 80.0
+    lag_ms: float = 210.0
+    delay_ms: float = 90.0
     scale_min: float = 0.3
     scale_max: float = 2.0
 

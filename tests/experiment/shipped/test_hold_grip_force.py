@@ -22,15 +22,21 @@ def once(tmp_path_factory):
     return fesloop.load("hold_grip_force", [*SHORT, "set_within_s=2"]).run(tmp_path_factory.mktemp("once"))
 
 
+def last_grip_n(result):
+    """Force between both sides of the hand over the last second, N."""
+    with Recording(result.recording) as recording:
+        force = recording.signal("grip.grip")
+        return force.values[force.times_ns > force.times_ns[-1] - 1_000_000_000].mean()
+
+
 @pytest.mark.slow
 def test_controlled_force_stays_and_force_set_once_fades(controlled, once):
+    assert last_grip_n(controlled) > 1.1 * last_grip_n(once)
     controlled, once = controlled.metrics, once.metrics
     assert controlled["held"] == once["held"] == [True]
     grip_n = 0.5 * sum(values[0] for values in controlled["grip_force_n"].values())
     assert controlled["grip_force_rmse_n"][0] < 0.1 * grip_n
     assert once["grip_force_rmse_n"][0] > 1.3 * controlled["grip_force_rmse_n"][0]
-    assert controlled["grip_margin"][0] > once["grip_margin"][0]
-    assert controlled["charge_uc"][0] > once["charge_uc"][0]
 
 
 def test_a_grip_that_settles_reports_no_slips_and_a_held_cylinder_does_not_creep(controlled):
