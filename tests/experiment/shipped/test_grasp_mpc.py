@@ -62,10 +62,11 @@ def test_sensors_that_sit_awry_by_an_angle_put_an_unaligned_tracker_off_by_about
     assert 3.0 < error < 16.0
 
 
-def test_pid_tuned_by_the_model_grasps_too(tmp_path):
+def test_pid_tuned_by_the_model_does_not_grasp_with_peoples_muscles(tmp_path):
+    """As docs/maps.md says: its mixing follows from the model's gains at rest, which are identified worst."""
     metrics = fesloop.load("grasp_mpc", ["control=tuned_pid"]).run(tmp_path).metrics
-    assert metrics["held"] == [True]
-    assert metrics["joint_rmse_deg"][0] < 4.0
+    assert metrics["held"] == [False]
+    assert metrics["joint_rmse_deg"][0] > 8.0
 
 
 def of_the_aperture(result):
