@@ -344,7 +344,8 @@ def _write_factors(tables: dict[str, Any], common: tuple[Factor, Factor], muscle
                                                 * np.exp(total.mean - of_all.mean))
             cohort[f"{key}s"][each.muscle] = _short(np.sqrt(max(total.sd**2 - of_all.sd**2, 0.0)))
     names = ", ".join(each.muscle for each in muscles)
-    return [f"strength and thresholds of {names} are the recording's, with spreads of its posterior",
+    return [f"strength and thresholds of {names} are the preset's, moved as far as the recording tells them "
+            "apart, with spreads of the posterior",
             f"other muscles are those of {PRESET}, but for the strength and threshold that all muscles have "
             "in common",
             "hand, motor points, axons, chronaxie and fatigue, and their spreads, are those of " + PRESET]

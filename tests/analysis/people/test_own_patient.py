@@ -173,7 +173,7 @@ def test_command_writes_a_patient_that_experiments_take(tmp_path, monkeypatch, c
     out = capsys.readouterr()
     assert out.out.split() == ["person.json", "own.toml"]
     text = (tmp_path / "own.toml").read_text("utf-8")
-    assert "# strength and thresholds of FCR, PL are the recording's" in text
+    assert "# strength and thresholds of FCR, PL are the preset's, moved" in text
     assert "natural frequency, and their spreads, are those of able_bodied: there are no courses" in text
     own, preset = patient_reader().load("own.toml"), patient_reader().load("able_bodied")
     assert own.name == 'Anna "A"'

@@ -63,7 +63,7 @@ def test_sensors_that_sit_awry_by_an_angle_put_an_unaligned_tracker_off_by_about
 
 
 def test_pid_tuned_by_the_model_does_not_grasp_with_peoples_muscles(tmp_path):
-    """As docs/maps.md says: its mixing follows from the model's gains at rest, which are identified worst."""
+    """As docs/maps.md says; its mixing follows from the model's gains at rest."""
     metrics = fesloop.load("grasp_mpc", ["control=tuned_pid"]).run(tmp_path).metrics
     assert metrics["held"] == [False]
     assert metrics["joint_rmse_deg"][0] > 8.0
