@@ -64,7 +64,9 @@ def file(python_fmu, tmp_path):
 
 @pytest.mark.slow
 def test_it_is_controlled_in_the_sums_of_its_own_joints(file, tmp_path):
-    result = fesloop.load(file, ["plant=others"]).run(tmp_path)
+    own = ["blocks.controller.model.b=[[0, 0], [-50, 100]]",  # a rough model of that FMU
+           "blocks.controller.model.recruitment={threshold_ma=[4.0, 6.0], spread=[0.3, 0.3]}"]
+    result = fesloop.load(file, ["plant=others", *own]).run(tmp_path)
     first, second = result.metrics["joint_rmse_deg"]
     assert first > 5.0
     assert second < 0.5 * first
