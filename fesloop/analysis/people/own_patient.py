@@ -70,7 +70,7 @@ _FLEXION = JOINTS.index("wrist_flexion")
 
 
 class Factor(NamedTuple):
-    """What is known of a factor of the preset: mean and standard deviation of its logarithm."""
+    """Mean and standard deviation of the logarithm of a factor on the preset."""
 
     mean: float
     sd: float
@@ -414,7 +414,7 @@ def courses_posterior(
     seen: Sequence[tuple[str, float, float]], preset: float, person_sd: float, muscle_sd: float, others: Pool,
     unit: float, pads: Pads
 ) -> tuple[Factor, dict[str, Factor]]:
-    """What a person's muscles have in common beyond the preset, and of single muscles of the wrist beyond it.
+    """Factors common to all muscles of a person, and those of single muscles of the wrist, on the preset.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ BARS = (0.86, 0.82, 0.95, 0.97)
 STRETCH = 0.80
 COVERED = (0.80, 0.97)
 FEW = 6
-"""Of this many postures one is known in the figure of a person's posterior."""
+"""Every sixth posture is known in the figure of a person's posterior from few postures."""
 
 
 @dataclass(frozen=True, slots=True)
