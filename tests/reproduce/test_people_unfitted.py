@@ -173,3 +173,5 @@ def test_people_have_the_torques_that_another_script_finds(recordings):
     smaller, greater = (np.array(radius[f"pads of {mm} mm radius"]) for mm in (10, 14))
     assert (smaller > greater).all()
     assert found.curves["unfitted"]["ours_nm"].shape == (unfitted.MEMBERS, 4, 2)
+    # The preset's recruitment is set by these people; without its change with pronation a bar is missed.
+    assert [row.row for row in found.rows if not row.holds] == []

@@ -145,6 +145,15 @@ def test_muscles_of_members_are_as_late_and_as_quick_as_the_preset_states():
         "delay_ms": 10.0, "delays_ms": {"FPL": -20.0}}}).muscles()).delays_ms.values()) == 5.0
 
 
+def test_muscles_of_members_have_the_chronaxies_that_the_preset_states():
+    preset = load("able_bodied")
+    blocks = [preset.member(cohort=1, number=number).electrodes() for number in range(100)]
+    logs = np.log([block["chronaxie"] for block in blocks])
+    assert logs.std() == pytest.approx(preset.cohort.muscle_chronaxie, rel=0.05)
+    assert {block["chronaxie_us"] for block in blocks} == {122.0}
+    assert set(preset.electrodes()["chronaxie"]) == {1.0}
+
+
 def test_single_muscles_vary_by_spreads_of_their_own():
     """Where one muscle's spread is stated, it varies by that, and all others as before."""
     preset = load("able_bodied")
