@@ -50,6 +50,16 @@ def test_every_command_is_one_of_the_program(page):
             make_parser().parse_args(given)
 
 
+def test_no_file_is_a_patient_in_one_place_and_a_model_in_another():
+    experiments = sorted((ROOT / "fesloop/experiment/shipped").rglob("*.toml"))
+    text = "\n".join(path.read_text() for path in [*PAGES, *experiments])
+    patients = re.findall(r"(?:patient=|--patient |fesloop patient \w+ > )(\w+\.toml)", text)
+    models = re.findall(r"(?:\bmodel=|fesloop identify \S+\.h5 --out )(\w+\.toml)", text)
+    assert {"own_patient.toml"} <= set(patients)
+    assert {"own_model.toml"} <= set(models)
+    assert not set(patients) & set(models)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_table_of_settings_is_toml(page):
     for block in blocks(page, "toml"):

@@ -137,7 +137,7 @@ def test_what_to_try_next_can_be_tried(command, recorded):
     """Loaded as it stands; models that a command before it makes are another's here."""
     args = make_parser().parse_args(shlex.split(command)[1:])
     if args.command in ("run", "check"):
-        known = {"model=mine.toml": "any_patient=true", "fmu=models/finger.fmu": "latency_ms=1",
+        known = {"model=own_model.toml": "any_patient=true", "fmu=models/finger.fmu": "latency_ms=1",
                  f"recording={RUN}": f"recording={recorded.run}",
                  "recording=RECORDING": f"recording={recorded.sensors}"}
         settings = [known.get(each, each) for each in args.settings]
