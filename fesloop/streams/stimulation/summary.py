@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from fesloop.models.evoked_torque import UNDER_ELECTRODES
 from fesloop.streams.stimulation.recording import SteadyTrials, StimulationRecording
 
 _STUCK_SHARE = 0.3
@@ -59,6 +60,11 @@ def doubts_about(recording: StimulationRecording) -> dict[str, str]:
     trials = recording.steady
     if trials is None:
         return found
+    unknown = [name for name in recording.muscles if name not in UNDER_ELECTRODES]
+    if unknown:
+        found["unknown_muscles"] = (
+            f"names muscles that `fesloop identify` refuses: {', '.join(unknown)}; it knows "
+            f"{', '.join(UNDER_ELECTRODES)}: rename them, if they are among these")
     postures, counts = np.unique(trials.posture).size, [len(rows) for rows in trials.cells().values()]
     if postures == 1:
         found["one_posture"] = "has one posture: it cannot show how torque changes with posture"

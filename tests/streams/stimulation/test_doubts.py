@@ -24,6 +24,12 @@ def test_a_published_person_is_not_doubted(person):
     assert doubts_about(person) == {}
 
 
+def test_a_muscle_that_identification_refuses_is_named_with_those_that_it_takes(person):
+    told = doubts_about(replace(person, muscles=("BIC", *person.muscles[1:])))
+    assert list(told) == ["unknown_muscles"]
+    assert "refuses: BIC; it knows biceps, triceps, " in told["unknown_muscles"]
+
+
 def test_a_torque_far_from_its_repeats_is_named(person):
     torque = person.steady.device_torque_nm.copy()
     row = int(np.flatnonzero(person.steady.muscle == 0)[5])
