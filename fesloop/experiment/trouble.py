@@ -52,7 +52,12 @@ _MOST_NAMED = 4
 _WORSE = 1.01
 """Ratio below which two errors are shown as the same number."""
 _ROSE = 1.1
-"""Ratio (chosen) of errors of two trials that noise does not reach."""
+"""Ratio (chosen) of the last trial's error to the first one's that noise does not reach."""
+_ABOVE_LEAST, _ABOVE_LEAST_DEG = 2.0, 1.0
+"""Ratio and difference (chosen) of the last trial's error and the least. The least of several errors is small
+by chance, too: where muscles vary by 30 % from trial to trial, the last is often half as large again."""
+_FEEDBACK = ("learning corrects what trials have in common; muscles that vary between them are corrected "
+             "within a trial, by predictive control (block `mpc`, as in grasp_mpc)")
 
 
 class Recorded(Rows, Protocol):
@@ -95,7 +100,8 @@ no channel gave a pulse, or the safety block took stimulation away, or most of i
 such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
 turning. not_held: the object, in the last trial. no_better: joints followed worse than had they not moved.
-rose: the error grew over the trials by more than a tenth, where the trials are `comparable`.
+rose: the last trial's error is more than a tenth above the first one's, or twice the least and a degree above
+it, where the trials are `comparable`.
 """
 
 
@@ -104,7 +110,7 @@ def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -
     found = (_broken_off(recording, cause), _recording(recording), _pose(recording),
              _safety(recording, metrics), _failures(recording),
              (*_notes(recording), *_other_axis(metrics)), _not_held(metrics), _no_better(metrics),
-             _rose(metrics))
+             _rose(recording, metrics))
     every = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
     return every if comparable(every) else [each for each in every if each.kind != "rose"]
 
@@ -341,12 +347,21 @@ def _no_better(metrics: Mapping[str, Any]) -> Iterator[str]:
                f"{still[-1]:.3g} deg had they stayed where the trial began)")
 
 
-def _rose(metrics: Mapping[str, Any]) -> Iterator[str]:
+def _rose(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Text on a last trial that is worse than the first one or, by a wider margin, than the best one."""
     errors = metrics.get("joint_rmse_deg")
-    if isinstance(errors, list) and len(errors) > 1 and _finite(errors[0]) and _finite(errors[-1]) \
-            and errors[-1] > _ROSE * errors[0]:
-        yield (f"the tracking error rose from {errors[0]:.3g} deg RMS in the first of {len(errors)} trials "
-               f"to {errors[-1]:.3g} deg in the last")
+    if not isinstance(errors, list) or len(errors) < 2 or not _finite(errors[-1]):
+        return
+    first, last = errors[0], errors[-1]
+    best = min((trial for trial, error in enumerate(errors) if _finite(error)), key=errors.__getitem__)
+    learns = any(_of_kind(recording, kind) for kind in _LEARNERS)
+    remedy = f": {_FEEDBACK}" if learns else ""
+    if _finite(first) and last > _ROSE * first:
+        yield (f"the tracking error rose from {first:.3g} deg RMS in the first of {len(errors)} trials "
+               f"to {last:.3g} deg in the last{remedy}")
+    elif last > max(_ABOVE_LEAST * errors[best], errors[best] + _ABOVE_LEAST_DEG):
+        yield (f"the tracking error is {last:.3g} deg RMS in the last of {len(errors)} trials, and was "
+               f"{errors[best]:.3g} deg in trial {best}{remedy}")
 
 
 def _finite(value: Any) -> bool:

@@ -213,3 +213,20 @@ def test_errors_that_are_shown_alike_are_not_called_worse(still, ratio):
     (followed,) = [text for text in texts if "than if they had not moved" in text] or [""]
     assert ("worse" in followed) == (ratio * still > 1.01 * still)
     assert bool(followed) == (ratio * still > still)
+
+
+@pytest.mark.parametrize(("errors", "told"), [
+    ([9.9, 2.3, 7.9, 8.3],
+     "the tracking error is 8.3 deg RMS in the last of 4 trials, and was 2.3 deg in trial 1"),
+    ([9.8, 4.2, 2.9, 1.6, 2.2, 1.5, 2.6, 2.2], ""), ([9.9, math.nan, 2.0, 4.1], "was 2 deg in trial 2"),
+    ([9.9, 2.0, 4.0], ""), ([0.5, 0.2, 0.5], ""), ([3.0, 1.0, 3.2], "was 1 deg in trial 1"),
+    ([3.0, 1.0, 3.4], "rose from 3 deg RMS in the first of 3 trials to 3.4 deg in the last"),
+    ([9.9, 2.0, math.nan], ""), ([math.nan, math.nan], ""), ([5.0], "")])
+@pytest.mark.parametrize("learns", [True, False])
+def test_a_last_trial_that_is_worse_than_the_best_is_named_with_a_remedy(errors, told, learns):
+    recording = Told([(1.0, 1.0, 1.0)] * len(errors), learns=learns)
+    found = [each for each in troubles(recording, {"joint_rmse_deg": errors}) if each.kind == "rose"]
+    assert len(found) == bool(told)
+    for each in found:
+        assert told in each.text
+        assert each.text.endswith("(block `mpc`, as in grasp_mpc)") == learns

@@ -40,10 +40,10 @@ def test_the_recording_stands_in_commands_to_try_next():
 
 def test_a_model_is_tried_on_the_patient_that_it_was_identified_on():
     guide = Guide(job="closed_loop", takes_s=1.0, try_next=(
-        "fesloop identify RUN.h5 --out own_model.toml", "fesloop run grasp_ilc --set model=own_model.toml"))
+        "fesloop identify RUN.h5 --out own_model.toml", "fesloop run grasp_mpc --set model=own_model.toml"))
     settings = ("seed=3", "patient=able_bodied", "cohort=3", "member=2", "day=1", "plant=finger")
     assert guide.next_commands("a.h5", settings) == [
         "fesloop identify a.h5 --out own_model.toml",
-        "fesloop run grasp_ilc --set model=own_model.toml --set patient=able_bodied --set cohort=3 --set member=2 "
-        "--set day=1 --set plant=finger"]
-    assert guide.next_commands("a.h5")[1] == "fesloop run grasp_ilc --set model=own_model.toml"
+        "fesloop run grasp_mpc --set model=own_model.toml --set patient=able_bodied --set cohort=3 "
+        "--set member=2 --set day=1 --set plant=finger"]
+    assert guide.next_commands("a.h5")[1] == "fesloop run grasp_mpc --set model=own_model.toml"
