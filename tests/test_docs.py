@@ -11,6 +11,7 @@ import pytest
 
 from fesloop.apps.cli.parser import make_parser
 from fesloop.experiment.files.parse import from_document
+from fesloop.models.evoked_torque import UNDER_ELECTRODES
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -58,6 +59,12 @@ def test_no_file_is_a_patient_in_one_place_and_a_model_in_another():
     assert {"own_patient.toml"} <= set(patients)
     assert {"own_model.toml"} <= set(models)
     assert not set(patients) & set(models)
+
+
+def test_the_names_of_electrodes_are_listed_with_the_muscles_under_them():
+    page = (ROOT / "docs/howto/stimulation_recordings.md").read_text()
+    listed = re.findall(r"^\| `([\w ]+)` \| ([A-Z][\w, ]+) \| [-A-Z]+ \|$", page, re.MULTILINE)
+    assert listed == [(name, ", ".join(muscles)) for name, muscles in UNDER_ELECTRODES.items()]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
