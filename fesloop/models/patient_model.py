@@ -39,6 +39,8 @@ has more in the free run of some output, and 59 and more in the recruitment of e
 member 4 of cohort 1, has less in the free run of two of three outputs."""
 FREE_RUN, HALF_SECOND, RECRUITMENT = "free_run", "half_second", "recruitment"
 """Kinds of fit that judge a model: by output on held-out data, and by channel."""
+_DAY = ", day "
+"""What comes before the day in a patient in words."""
 _SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
 _TABLE: Any = closed("PatientModel", {
@@ -98,6 +100,11 @@ class PatientModel:
             raise InputError("current_ma", f"{channels} channels", f"{model.inputs}, as the model has")
         if len(self.outputs) != model.outputs:
             raise InputError("outputs", f"{len(self.outputs)} names", f"{model.outputs}, as the model has")
+
+    @property
+    def day(self) -> str:
+        """Day of the patient on which it was identified; empty for none in particular."""
+        return self.patient.partition(_DAY)[2].partition(",")[0]
 
     def to_control(self, rate: str | None = None, pade_order: int = 0) -> control.StateSpace:
         """The identified dynamics, from recruited fractions; see `LinearModel.to_control`."""
@@ -236,7 +243,7 @@ def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> N
     `wanted` has those of `patient` (a model of one day may be used on another), `patient_fingerprint`,
     `electrodes`, `current_ma` and `outputs` that are known.
     """
-    made_for = {"patient": model.patient.partition(", day ")[0], "electrodes": model.electrodes,
+    made_for = {"patient": model.patient.partition(_DAY)[0], "electrodes": model.electrodes,
                 "current_ma": model.current_ma, "outputs": model.outputs}
     now = wanted.get("patient_fingerprint")
     if now and model.patient_fingerprint == now:

@@ -213,13 +213,21 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
             require_usable(value["file"], model)
     except InputError as fault:
         raise fault.within(where) from None
-    poor = model.weaknesses()
+    name, poor = where.removeprefix("blocks."), model.weaknesses()
     if poor:
         much = "little" if model.usable else "too little to control by"
-        notes.append(f"{where.removeprefix('blocks.')} explains {much}: {'; '.join(poor)}")
+        notes.append(f"{name} explains {much}: {'; '.join(poor)}")
+    day = str(document.get("patient", {}).get("day", ""))
+    if "patient" in required and model.day != day:
+        notes.append(f"{name} was identified on {_day(model.day)}, and this is {_day(day)}: electrodes, "
+                     "skin, strength and thresholds differ between days; identify again if control is poor")
     table.setdefault("current_ma", list(model.current_ma))
     found: dict[str, Any] = plain(model.model)
     return found
+
+
+def _day(day: str) -> str:
+    return f"day {day}" if day else "no day in particular"
 
 
 def _made_for(table: Mapping[str, Any], document: Mapping[str, Any], model: PatientModel) -> dict[str, Any]:

@@ -73,6 +73,21 @@ def test_names_both_where_a_model_is_for_something_else(tmp_path, changed, block
         from_document(document)
 
 
+@pytest.mark.parametrize(("model_day", "day", "told"), [
+    ({}, {}, None), ({"day": 2}, {"day": 2}, None), ({"day": 2, "error_scale": 2.0}, {"day": 2}, None),
+    ({"day": 2}, {"day": 3}, "was identified on day 2, and this is day 3: "),
+    ({"day": 12}, {}, "was identified on day 12, and this is no day in particular: "),
+    ({}, {"day": 1}, "was identified on no day in particular, and this is day 1: ")])
+def test_a_model_of_another_day_is_taken_with_a_caution(tmp_path, model_day, day, told):
+    who = {"file": str(patient_file(tmp_path)), "member": 1}
+    a_model(patient=describe(who | model_day)).save(tmp_path / "model.toml")
+    model = {"file": str(tmp_path / "model.toml")}
+    notes = from_document({**controlled(model), "patient": {**who, **day}}).notes
+    assert [told in note for note in notes] == ([True] if told else [])
+    anyone = controlled({**model, "any_patient": True})
+    assert not from_document({**anyone, "patient": {**who, **day}}).notes
+
+
 def test_any_patient_may_be_asked_for(tmp_path):
     a_model().save(tmp_path / "own.toml")
     a_model(patient="sci_c6").save(tmp_path / "model.toml")
