@@ -17,6 +17,7 @@ from fesloop.hand.muscle_paths import JOINTS
 from fesloop.models.arm_people import FORMAT, ArmPerson, StoredArm
 from fesloop.models.evoked_torque import REFERENCE_RAD
 from fesloop.streams.stimulation import open_stimulation
+from fesloop.streams.stimulation.summary import doubts_about
 
 Array = NDArray[np.float64]
 WITHIN = 0.9
@@ -41,7 +42,8 @@ def identify_person(recording: str | Path) -> Identified:
 
     Raises InputError for a recording without steady trials, or of other joints and electrodes.
     """
-    trials = trials_of(open_stimulation(recording))
+    opened = open_stimulation(recording)
+    trials = trials_of(opened)
     population = ArmPopulation.shipped()
     lacking = [f"{name} was not stimulated: the interval is the population's"
                for name in population.common if name not in trials.cells]
@@ -53,8 +55,12 @@ def identify_person(recording: str | Path) -> Identified:
     if few:
         lacking.append(f"few postures of {', '.join(few)}: how torque changes with posture is mostly the "
                        "population's")
+    various = doubts_about(opened).get("various_pulses")
+    if various:
+        lacking.append(various)
     if not trials.free:
-        lacking.append("no posture was repeated: the scatter of a repeat is the population's")
+        lacking.append("no posture was repeated by the same pulses: the scatter of a repeat is the "
+                       "population's")
     person = population.person(trials)
     return Identified(person, [*_contradictions(trials, population, person), *lacking], missing)
 

@@ -48,7 +48,7 @@ class Cells(NamedTuple):
     Attributes
     ----------
     postures: n of them.
-    torque_nm: (n, j), of the recording's joints. trials: (n,), numbers of repeats.
+    torque_nm: (n, j), of the recording's joints. trials: (n,), their numbers.
     """
 
     postures: Postures
@@ -64,7 +64,8 @@ class Trials(NamedTuple):
     person: name.
     joints: (j,), rows of `JOINTS` that the recording has.
     cells: by electrode.
-    scale_nm: (j,), standard deviation of a repeat; NaN without repeats. free: its degrees of freedom.
+    scale_nm: (j,), standard deviation of a repeat, by the same pulses; NaN without repeats. free: its
+        degrees of freedom.
     """
 
     person: str
@@ -89,7 +90,6 @@ def trials_of(recording: StimulationRecording, postures: Sequence[str] | None = 
     zero = np.where(np.isnan(recording.zero_rad), 0.0, recording.zero_rad)
     evoked = steady.evoked_nm
     found: dict[str, list[tuple[Array, Array, int]]] = {}
-    squares, free = np.zeros(len(joints)), 0
     for (muscle, posture), rows in steady.cells().items():
         if postures is not None and posture not in postures:
             continue
@@ -98,8 +98,6 @@ def trials_of(recording: StimulationRecording, postures: Sequence[str] | None = 
         angles = NEUTRAL_RAD.copy()
         angles[joints] = zero + steady.reference_rad[rows].mean(axis=0)
         found.setdefault(electrode, []).append((angles, evoked[rows].mean(axis=0), len(rows)))
-        squares += ((evoked[rows] - evoked[rows].mean(axis=0))**2).sum(axis=0)
-        free += len(rows) - 1
     if not found:
         raise InputError(recording.source, "has no trial of a muscle" + (
             "" if postures is None else f" in {', '.join(postures)}"), "one or more")
@@ -107,6 +105,11 @@ def trials_of(recording: StimulationRecording, postures: Sequence[str] | None = 
     for name, seen in found.items():
         angles, means, repeats = (np.array(column) for column in zip(*seen, strict=True))
         cells[name] = Cells(Postures.of(name, angles), means, repeats)
+    squares, free = np.zeros(len(joints)), 0
+    for rows in steady.repeats():
+        if postures is None or steady.posture[rows[0]] in postures:
+            squares += ((evoked[rows] - evoked[rows].mean(axis=0))**2).sum(axis=0)
+            free += len(rows) - 1
     scale = np.maximum(np.sqrt(squares / free), _LEAST_SCALE_NM) if free else np.full(len(joints), np.nan)
     return Trials(recording.person, joints, cells, scale, free)
 

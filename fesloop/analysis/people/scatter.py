@@ -1,4 +1,4 @@
-"""How much stimulated muscle differs from trial to trial, from repeats of steady trials.
+"""How much stimulated muscle differs from trial to trial, from repeats of steady trials by the same pulses.
 
 A muscle's torque at its strongest joint is that of its posture times 1 + e, plus what does not grow with
 torque (readings, friction, effort). e has parts that are new in each trial or slow, of all muscles or of one.
@@ -46,7 +46,7 @@ class Repeats(NamedTuple):
     Attributes
     ----------
     values: (n,), N m. weights: (n, trials), what they are of the trials' torques.
-    torque: (trials,), usual torque of muscle and posture, N m: linear in the angles.
+    torque: (trials,), usual torque of muscle, pulses and posture, N m: linear in the angles.
     muscle, visit: (trials,). time_s: (trials,).
     rest: (joints, trials), scatter of all repeats at the trial's joint, 0 at other joints, N m.
     """
@@ -72,25 +72,27 @@ class Repeats(NamedTuple):
 def repeats_of(recording: StimulationRecording) -> Repeats:
     """Contrasts of a recording's muscles with a clear torque. Raises InputError without repeated trials."""
     steady = recording.steady
-    if steady is None or not any(len(rows) > 1 for rows in steady.cells().values()):
-        raise InputError(recording.source, "has no repeated steady trials", "each posture more than once")
-    evoked, cells = steady.evoked_nm, steady.cells()
-    free = sum(len(rows) - 1 for rows in cells.values())
+    groups = [] if steady is None else steady.repeats()
+    if steady is None or not any(len(rows) > 1 for rows in groups):
+        raise InputError(recording.source, "has no repeated steady trials",
+                         "each posture more than once by the same pulses")
+    evoked, stimulus = steady.evoked_nm, steady.stimulus
+    free = sum(len(rows) - 1 for rows in groups)
     sd = np.sqrt(sum(((evoked[rows] - evoked[rows].mean(axis=0)) ** 2).sum(axis=0)
-                     for rows in cells.values()) / free)
+                     for rows in groups) / free)
     joint, torque = np.full(len(steady), -1), np.zeros(len(steady))
     for number in np.unique(steady.muscle[steady.stimulated]):
-        rows = np.flatnonzero(steady.muscle == number)
-        means = np.array([evoked[cell].mean(axis=0)
-                          for (muscle, _), cell in cells.items() if muscle == number])
+        here = steady.muscle == number
+        means = np.array([evoked[rows].mean(axis=0) for rows in groups if here[rows[0]]])
         size = np.sqrt((means**2).mean(axis=0))
         strongest = int(np.argmax(np.divide(size, sd, out=np.zeros_like(sd), where=sd > 0.0)))
         if sd[strongest] > 0.0 and abs(means[:, strongest].mean()) >= LEAST_MEAN * sd[strongest]:
-            angles = np.column_stack([np.ones(len(rows)), steady.reference_rad[rows]])
-            joint[rows], own = strongest, evoked[rows, strongest]
-            torque[rows] = angles @ np.linalg.lstsq(angles, own, rcond=None)[0]
+            joint[here] = strongest
+            for each in np.unique(stimulus[here]):
+                rows = np.flatnonzero(stimulus == each)
+                torque[rows] = _lines(steady.reference_rad[rows], evoked[rows, strongest])
     weights = []
-    for rows in cells.values():
+    for rows in groups:
         if len(rows) > 1 and joint[rows[0]] >= 0:
             weights.append(np.zeros((len(rows) - 1, len(steady))))
             weights[-1][:, rows] = helmert(len(rows))
@@ -103,6 +105,12 @@ def repeats_of(recording: StimulationRecording) -> Repeats:
     rest = np.array([sd[j] * (joint[used] == j) for j in np.unique(joint[used])])
     return Repeats(matrix @ own, matrix, torque[used], steady.muscle[used], steady.visit[used],
                    steady.time_s[used], rest)
+
+
+def _lines(angles: Array, values: Array) -> Array:
+    """Values (n,) or (n, j) of least squares that are linear in the angles (n, joints)."""
+    rows = np.column_stack([np.ones(len(angles)), angles])
+    return np.asarray(rows @ np.linalg.lstsq(rows, values, rcond=None)[0])
 
 
 def scatter_of(people: Sequence[Repeats], drift_s: float) -> Scatter:
@@ -142,15 +150,17 @@ def simulated(recording: StimulationRecording, scatter: Scatter, drift_s: float,
     if steady is None:
         raise InputError(recording.source, "has no steady trials", "each posture more than once")
     friction = np.array([FRICTION_NM[JOINTS.index(name)] for name in recording.joints])
-    evoked, torque = steady.evoked_nm, np.zeros(steady.device_torque_nm.shape)
+    evoked, stimulus = steady.evoked_nm, steady.stimulus
+    torque = np.zeros(steady.device_torque_nm.shape)
     logs = np.zeros(len(steady))
     slow = cholesky(np.exp(-np.abs(np.subtract.outer(steady.time_s, steady.time_s)) / drift_s)
                     + 1e-9 * np.eye(len(steady)), lower=True)
     for number in np.unique(steady.muscle[steady.stimulated]):
         rows = np.flatnonzero(steady.muscle == number)
-        angles = np.column_stack([np.ones(len(rows)), steady.reference_rad[rows]])
-        torque[rows] = angles @ np.linalg.lstsq(angles, evoked[rows], rcond=None)[0]
         logs[rows] = scatter.muscle_drift * (slow @ rng.normal(size=len(steady)))[rows]
+    for number in np.unique(stimulus[steady.stimulated]):
+        rows = np.flatnonzero(stimulus == number)
+        torque[rows] = _lines(steady.reference_rad[rows], evoked[rows])
     logs += scatter.muscle_trial * rng.normal(size=len(steady))
     logs += scatter.drift * (slow @ rng.normal(size=len(steady)))
     logs += scatter.trial * rng.normal(size=steady.visit.max() + 1)[steady.visit]

@@ -31,7 +31,7 @@ def principal_joint(trials: SteadyTrials, muscle: int) -> int:
 
 
 class ByRepeat(NamedTuple):
-    """A muscle's torque at its principal joint in each visit of the same postures.
+    """A muscle's torque at its principal joint in each visit of the same postures, by the same pulses.
 
     Attributes
     ----------
@@ -45,10 +45,10 @@ class ByRepeat(NamedTuple):
 
 
 def by_repeat(trials: SteadyTrials, muscle: int) -> ByRepeat:
-    """Torque of a muscle by repeat, up to the repeat that half of its postures have."""
+    """Torque of a muscle by repeat, up to the repeat that half of its postures and pulses have."""
     joint, evoked = principal_joint(trials, muscle), trials.evoked_nm
     cells = [evoked[rows[np.argsort(trials.repeat[rows], kind="stable")], joint]
-             for (m, _), rows in trials.cells().items() if m == muscle]
+             for rows in trials.repeats() if trials.muscle[rows[0]] == muscle]
     repeats = int(np.median([len(each) for each in cells]))
     whole = np.array([each[:repeats] for each in cells if len(each) >= repeats])
     error = trials.repeatability().sd_nm[joint] / np.sqrt(whole.size)

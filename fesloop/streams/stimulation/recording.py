@@ -41,6 +41,9 @@ LONGEST_PULSE_S, SHORTEST_PULSE_S, LARGEST_CURRENT_A = 2e-3, 1e-6, 0.2
 """Pulses beyond what stimulators of muscle give (chosen: commercial ones end at 1 ms and 130 mA)."""
 
 
+SAME_PULSES = 0.02
+"""Relative difference below which currents or pulse widths are one and the same (chosen: finer than the steps
+in which stimulators change them)."""
 _APART_RAD = np.radians(30.0)
 """Angle further from its reference than a device that holds a joint yields (chosen: the published ones yield
 by up to 6 deg)."""
@@ -135,6 +138,27 @@ class SteadyTrials:
             return relative_to_visit(torque_nm, self.visit)
         return relative_to_visit(torque_nm, self.visit, ~self.stimulated)
 
+    @property
+    def stimulus(self) -> Whole:
+        """(trials,), number of each trial's muscle, current and pulse width; `PASSIVE` in passive trials.
+
+        Pulses within `SAME_PULSES` of the next weaker ones are the same.
+        """
+        keys = np.full((len(self), 3), PASSIVE)
+        for muscle in np.unique(self.muscle[self.stimulated]):
+            here = self.muscle == muscle
+            keys[here] = np.column_stack([self.muscle[here], _levels(self.current_a[here]),
+                                          _levels(self.pulse_width_s[here])])
+        found = np.full(len(self), PASSIVE)
+        found[self.stimulated] = np.unique(keys[self.stimulated], axis=0, return_inverse=True)[1]
+        return found
+
+    def repeats(self) -> list[Whole]:
+        """Trials of the same muscle, posture and pulses, a group each, groups of one trial included."""
+        keys = list(zip(self.stimulus.tolist(), self.posture.tolist(), strict=True))
+        return [np.array([row for row, each in enumerate(keys) if each == key])
+                for key in sorted({each for each in keys if each[0] != PASSIVE})]
+
     def cells(self) -> dict[tuple[int, str], Whole]:
         """Trials of each muscle, by its number, in each posture, by its code, without passive ones."""
         keys = sorted({(int(m), str(p)) for m, p in zip(self.muscle, self.posture, strict=True)
@@ -143,7 +167,7 @@ class SteadyTrials:
 
     def repeatability(self) -> Repeatability:
         """Scatter between repeats and size of the evoked torque; see `Repeatability`."""
-        evoked, rows = self.evoked_nm, list(self.cells().values())
+        evoked, rows = self.evoked_nm, self.repeats()
         missing = np.full(evoked.shape[1], np.nan)
         free = sum(len(each) - 1 for each in rows)
         if not free:
@@ -156,7 +180,7 @@ class SteadyTrials:
 
 
 class Repeatability(NamedTuple):
-    """Scatter between repeats, pooled over muscles and postures.
+    """Scatter between repeats, pooled over muscles, postures and pulses.
 
     Attributes
     ----------
@@ -173,6 +197,15 @@ class Repeatability(NamedTuple):
         """(joints,), `rms_nm` over `sd_nm`."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return self.rms_nm / self.sd_nm
+
+
+def _levels(values: Array) -> Whole:
+    """Rank (n,) of values; those within `SAME_PULSES` of the next smaller one share its rank."""
+    order = np.argsort(values, kind="stable")
+    steps = values[order][1:] > (1.0 + SAME_PULSES) * values[order][:-1]
+    ranks = np.zeros(len(values), np.int64)
+    ranks[order[1:]] = np.cumsum(steps)
+    return ranks
 
 
 def relative_to_visit(torque_nm: Array, visit: Whole, of: NDArray[np.bool_] | None = None) -> Array:

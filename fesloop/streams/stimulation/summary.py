@@ -7,15 +7,13 @@ from typing import Any
 import numpy as np
 
 from fesloop.models.evoked_torque import UNDER_ELECTRODES
-from fesloop.streams.stimulation.recording import SteadyTrials, StimulationRecording
+from fesloop.streams.stimulation.recording import SAME_PULSES, SteadyTrials, StimulationRecording
 
 _STUCK_SHARE = 0.3
 """Share of trials that read what the trial before read, above which friction hides torque (chosen)."""
 _FAR = 15.0
 """Robust standard deviations beyond which a trial is an outlier (chosen: 3,112 trials of five people are
 within 11)."""
-_SAME = 0.02
-"""Relative difference of pulses that counts (chosen)."""
 _LIKE_RADIANS_DEG = 2.5
 """Greatest angle of several postures below which angles look like radians called degrees (chosen: postures
 differ by 10 deg at the least)."""
@@ -24,9 +22,9 @@ differ by 10 deg at the least)."""
 def summary_of(recording: StimulationRecording) -> dict[str, Any]:
     """Content of a recording in plain values.
 
-    Of isometric trials: number of trials, postures, visits, repeats of a muscle in a posture (fewest, most),
-    passive trials, minutes; by joint `sd_nm` of a repeat, `rms_nm` of the evoked torque and their ratio `snr`
-    (`SteadyTrials.repeatability`; None where nothing was repeated).
+    Of isometric trials: number of trials, postures, visits, repeats of a muscle in a posture by the same
+    pulses (fewest, most), passive trials, minutes; by joint `sd_nm` of a repeat, `rms_nm` of the evoked
+    torque and their ratio `snr` (`SteadyTrials.repeatability`; None where nothing was repeated).
     """
     found: dict[str, Any] = {
         "person": recording.person, "side": recording.side, "source": recording.source,
@@ -36,7 +34,7 @@ def summary_of(recording: StimulationRecording) -> dict[str, Any]:
         "forces": len(recording.forces)}
     trials = recording.steady
     if trials is not None:
-        counts = [len(rows) for rows in trials.cells().values()]
+        counts = [len(rows) for rows in trials.repeats()]
         scatter = trials.repeatability()
         found["steady"] = {
             "trials": len(trials), "passive": int((~trials.stimulated).sum()),
@@ -65,7 +63,7 @@ def doubts_about(recording: StimulationRecording) -> dict[str, str]:
         found["unknown_muscles"] = (
             f"names muscles that `fesloop identify` refuses: {', '.join(unknown)}; it knows "
             f"{', '.join(UNDER_ELECTRODES)}: rename them, if they are among these")
-    postures, counts = np.unique(trials.posture).size, [len(rows) for rows in trials.cells().values()]
+    postures, counts = np.unique(trials.posture).size, [len(rows) for rows in trials.repeats()]
     if postures == 1:
         found["one_posture"] = "has one posture: it cannot show how torque changes with posture"
     elif np.abs(trials.reference_rad).max(initial=0.0) < np.radians(_LIKE_RADIANS_DEG):
@@ -73,7 +71,8 @@ def doubts_about(recording: StimulationRecording) -> dict[str, str]:
             f"has {postures} postures within {np.degrees(np.abs(trials.reference_rad).max()):.2g} deg of 0: "
             "angles look like radians that are called degrees")
     if max(counts, default=0) < 2:
-        found["no_repeats"] = "repeats no muscle in any posture: the scatter of a repeat is not known"
+        found["no_repeats"] = ("repeats no muscle in any posture by the same pulses: the scatter of a "
+                               "repeat is not known")
     if trials.baseline == "visit_median":
         visits, sizes = np.unique(trials.visit, return_counts=True)
         short = visits[sizes < 5]
@@ -100,7 +99,7 @@ def doubts_about(recording: StimulationRecording) -> dict[str, str]:
 def _outliers(recording: StimulationRecording, trials: SteadyTrials) -> dict[str, str]:
     """Torques that are far from those of their repeats."""
     evoked, away = trials.evoked_nm, np.zeros_like(trials.device_torque_nm)
-    for rows in trials.cells().values():
+    for rows in trials.repeats():
         away[rows] = evoked[rows] - np.median(evoked[rows], axis=0)
     # Not the median, which is near 0 where friction holds many trials.
     spread = np.quantile(np.abs(away[trials.stimulated]), 0.9, axis=0) / 1.645
@@ -121,17 +120,17 @@ def _other_pulses(recording: StimulationRecording, trials: SteadyTrials) -> dict
         here = trials.muscle == number
         if not here.any():
             continue
-        if any(np.ptp(values[here]) > _SAME * values[here].max() for values in (
-                trials.pulse_width_s, trials.current_a)):
+        if np.unique(trials.stimulus[here]).size > 1:
             various.append(name)
         low, high = recording.lowest_width_s[number], recording.highest_width_s[number]
         widths = trials.pulse_width_s[here]
-        if widths.max() > (1.0 + _SAME) * high or widths.min() < (1.0 - _SAME) * low:
+        if widths.max() > (1.0 + SAME_PULSES) * high or widths.min() < (1.0 - SAME_PULSES) * low:
             beyond.append(f"{name} ({1e6 * widths.min():.0f} to {1e6 * widths.max():.0f} us)")
     found = {}
     if various:
-        found["various_pulses"] = (f"stimulates {', '.join(various)} by pulses that differ between trials, "
-                                   "which are taken together as repeats")
+        found["various_pulses"] = (
+            f"stimulates {', '.join(various)} by pulses that differ between trials: those of the same pulses "
+            "alone are repeats, and the torque of a posture is the mean of all")
     if beyond:
         found["other_widths"] = ("has pulse widths outside those stated as usable: "
                                  + ", ".join(beyond) + ": check the unit")

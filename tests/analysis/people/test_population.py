@@ -219,6 +219,21 @@ def test_identifies_a_person_from_a_file(world, tmp_path, monkeypatch, capsys):
     assert "--out person.json: exists already" in capsys.readouterr().err
 
 
+def test_other_pulse_widths_are_no_repeats_of_a_person(world, tmp_path):
+    """Torque in proportion to width: the scatter of a repeat is the population's, and the output says so."""
+    torque, scale = world[0][6]
+    once = recording(torque, scale, np.random.default_rng(1), repeats=2, postures=range(8))
+    steady = once.steady
+    wide = np.where(steady.repeat == 1, 1.5, 1.0)
+    write_stimulation(replace(once, steady=replace(
+        steady, pulse_width_s=wide * steady.pulse_width_s,
+        device_torque_nm=wide[:, np.newaxis] * steady.device_torque_nm)), tmp_path / "wide.h5")
+    found = identify_person(tmp_path / "wide.h5")
+    np.testing.assert_allclose(np.log(found.person.scale_nm), ArmPopulation.shipped().scale_log_mean)
+    assert any("biceps, " in each and "by pulses that differ between trials" in each for each in found.doubts)
+    assert any("no posture was repeated by the same pulses" in each for each in found.doubts)
+
+
 @pytest.mark.parametrize("times", [0.4, 1.0, 4.0])
 def test_a_person_whose_torque_is_unusual_for_its_scatter_is_believed(world, times):
     """Spreads of people are in units of a repeat's scatter, which does not grow here."""

@@ -78,3 +78,29 @@ def test_the_able_bodied_preset_scatters_as_people_in_the_friction_of_their_devi
     friction_alone = [repeats_of(simulated(each, Scatter(0.0, 0.0, 0.0, 0.0), variation.drift_s,
                                            np.random.default_rng(1))) for each in people]
     assert max(scatter_of(friction_alone, variation.drift_s)) < 0.05
+
+
+def test_trials_of_other_pulse_widths_are_no_repeats():
+    """Torque in proportion to width, of 3 widths: what scatters is what scatters at one of them."""
+    one = recorded(KNOWN, np.random.default_rng(6))
+    steady = one.steady
+    assert [rows.tolist() for rows in steady.repeats()] == [rows.tolist() for rows in steady.cells().values()]
+    factor = 0.5 + 0.5 * ((steady.repeat + steady.muscle) % 3)
+    wide = replace(one, steady=replace(steady, pulse_width_s=factor * steady.pulse_width_s,
+                                       device_torque_nm=factor[:, np.newaxis] * steady.device_torque_nm))
+    with pytest.raises(InputError, match=r"no repeated steady trials; .* by the same pulses"):
+        repeats_of(wide)
+    assert np.isnan(wide.steady.repeatability().sd_nm).all()
+    jitter = replace(one, steady=replace(steady, current_a=steady.current_a * (1.0 + 0.005 * (factor - 1.0))))
+    np.testing.assert_array_equal(jitter.steady.stimulus, steady.muscle)
+
+
+def test_scatter_of_people_with_three_widths_is_found():
+    rng, people = np.random.default_rng(4), []
+    for _ in range(12):
+        one = recorded(KNOWN, rng, repeats=6)
+        factor = 0.5 + 0.5 * (one.steady.repeat % 3)
+        people.append(repeats_of(replace(one, steady=replace(
+            one.steady, pulse_width_s=factor * one.steady.pulse_width_s,
+            device_torque_nm=factor[:, np.newaxis] * one.steady.device_torque_nm))))
+    assert np.hypot.reduce(scatter_of(people, DRIFT_S)) == pytest.approx(np.hypot.reduce(KNOWN), rel=0.1)
