@@ -83,7 +83,8 @@ class MuscleFactors(NamedTuple):
     ----------
     muscle, electrode: names.
     torque_nm, sd_nm: recorded wrist flexion, mean over postures.
-    expected_nm: mean of the preset's members at the same settings.
+    own_nm: that of the patient in the file, without members, at the same settings, pads over motor points.
+    expected_nm: mean of the preset's members at the same settings. stranger_nm: their 90 % interval.
     strength, threshold: factors on the preset's, those common to all muscles included.
     """
 
@@ -91,7 +92,9 @@ class MuscleFactors(NamedTuple):
     electrode: str
     torque_nm: float
     sd_nm: float
+    own_nm: float
     expected_nm: float
+    stranger_nm: tuple[float, float]
     strength: Factor
     threshold: Factor
 
@@ -153,10 +156,13 @@ def own_patient(recording: StimulationRecording, person: ArmPerson) -> OwnPatien
         _require_possible(recording.source, each, usual)
     common, single = posterior(
         [_likelihood(*each) for each in zip(seen, torques, expected, strict=True)], spreads, logs)
-    factors = [MuscleFactors(each.muscle, each.electrode, each.torque_nm, float(np.sqrt(each.variance)),
-                             usual, *pair) for each, usual, pair in zip(seen, expected, single, strict=True)]
-    notes = _write_factors(tables, common, factors)
+    notes = _write_factors(tables, common, dict(zip((each.muscle for each in seen), single, strict=True)))
     notes += [*_write_courses(tables, recording, pads), _write_variation(tables, recording)]
+    own = _own_torques(tables, seen, recording.frequency_hz, _friction_nm(recording))
+    factors = [MuscleFactors(each.muscle, each.electrode, each.torque_nm, float(np.sqrt(each.variance)),
+                             torque, usual, _interval(members, weights), *pair)
+               for each, torque, usual, members, pair
+               in zip(seen, own, expected, torques, single, strict=True)]
     tables["name"] = recording.person
     tables["description"] = (f"{PRESET}, with {', '.join(each.muscle for each in factors)} of "
                              f"{recording.person}")
@@ -240,10 +246,7 @@ def _grids(spreads: Mapping[str, float]) -> tuple[Array, Array]:
 def _torques(seen: Sequence[_Seen], hertz: float, preset: Patient, pads: Pads, friction_nm: float,
              logs: tuple[Array, Array]) -> list[Array]:
     """Mean torque (members, strengths, thresholds), N m, that the device reads, by electrode."""
-    wrist = HeldWrist(preset)
-    whole = wrist.activation(np.ones(len(MUSCLES)), np.full(len(MUSCLES), hertz))
-    arms = {place: np.array([wrist.torque_nm(row, *place)[0] / USUAL for row in USUAL * np.diag(whole)])
-            for each in seen for place in map(tuple, each.settings[:, 3:].tolist())}
+    arms = _arms(preset, seen, hertz)
     threshold = preset.parameters("electrodes", {})["threshold"]
     found = [np.zeros((MEMBERS, PLACES, PLACES)) for _ in seen]
     for number in range(MEMBERS):
@@ -252,16 +255,47 @@ def _torques(seen: Sequence[_Seen], hertz: float, preset: Patient, pads: Pads, f
         sizes = (member.hand_size.hand_mm / preset.hand_size.hand_mm)**3 * np.exp(logs[0])
         for each, out in zip(seen, found, strict=True):
             for k, log in enumerate(logs[1]):
-                known: dict[tuple[float, ...], Array] = {}
-                for setting, weight in zip(map(tuple, each.settings.tolist()), each.weights, strict=True):
-                    current, width, pronation = setting[:3]
-                    if setting[:3] not in known:
-                        known[setting[:3]] = forearm.recruitment(
-                            each.number, current * np.exp(-log), width, hertz, pronation)[0]
-                    torque = sizes * (known[setting[:3]] @ arms[setting[3:]])
-                    shown = np.sign(torque) * np.maximum(np.abs(torque) - friction_nm, 0.0)
-                    out[number, :, k] += weight * shown
+                out[number, :, k] = _shown(each, forearm, arms, hertz, friction_nm, sizes, log)
     return found
+
+
+def _arms(patient: Patient, seen: Sequence[_Seen], hertz: float) -> dict[tuple[float, ...], Array]:
+    """Flexion by unit of recruitment of each muscle (29,), N m, by flexion and radial deviation, rad."""
+    wrist = HeldWrist(patient)
+    whole = wrist.activation(np.ones(len(MUSCLES)), np.full(len(MUSCLES), hertz))
+    return {place: np.array([wrist.torque_nm(row, *place)[0] / USUAL for row in USUAL * np.diag(whole)])
+            for each in seen for place in map(tuple, each.settings[:, 3:].tolist())}
+
+
+def _shown(seen: _Seen, forearm: Forearm, arms: Mapping[tuple[float, ...], Array], hertz: float,
+           friction_nm: float, sizes: Array, log_threshold: float) -> Array:
+    """Mean torque (n,), N m, that the device reads of muscles `sizes` (n,) times as strong."""
+    total = np.zeros(len(sizes))
+    known: dict[tuple[float, ...], Array] = {}
+    for setting, weight in zip(map(tuple, seen.settings.tolist()), seen.weights, strict=True):
+        current, width, pronation = setting[:3]
+        if setting[:3] not in known:
+            known[setting[:3]] = forearm.recruitment(
+                seen.number, current * np.exp(-log_threshold), width, hertz, pronation)[0]
+        torque = sizes * (known[setting[:3]] @ arms[setting[3:]])
+        total += weight * (np.sign(torque) * np.maximum(np.abs(torque) - friction_nm, 0.0))
+    return total
+
+
+def _own_torques(tables: Mapping[str, Any], seen: Sequence[_Seen], hertz: float, friction_nm: float
+                 ) -> list[float]:
+    """Mean torque of each electrode, N m, that the device reads of the patient of these tables."""
+    patient = patient_reader().from_table(tables, "patient")
+    forearm = Forearm(patient, Pads(error_mm=0.0), np.random.default_rng(0))
+    arms = _arms(patient, seen, hertz)
+    return [float(_shown(each, forearm, arms, hertz, friction_nm, np.ones(1), 0.0)[0]) for each in seen]
+
+
+def _interval(torque_nm: Array, weights: Array) -> tuple[float, float]:
+    """Interval of 90 % of torque (members, strengths, thresholds) with weights (strengths, thresholds)."""
+    low, high = np.quantile(torque_nm.ravel(), [0.05, 0.95], method="inverted_cdf",
+                            weights=np.broadcast_to(weights, torque_nm.shape).ravel())
+    return float(low), float(high)
 
 
 def _likelihood(seen: _Seen, torque: Array, expected_nm: float) -> Array:
@@ -328,8 +362,8 @@ def _require_possible(source: str, seen: _Seen, expected_nm: float) -> None:
             "check signs, currents, pulse widths and units")
 
 
-def _write_factors(tables: dict[str, Any], common: tuple[Factor, Factor], muscles: Sequence[MuscleFactors]
-                   ) -> list[str]:
+def _write_factors(tables: dict[str, Any], common: tuple[Factor, Factor],
+                   muscles: Mapping[str, tuple[Factor, Factor]]) -> list[str]:
     """Write strengths and thresholds into a patient's tables; return what they are."""
     cohort = tables["cohort"]
     for number, (section, overall, single, key) in enumerate((
@@ -338,12 +372,11 @@ def _write_factors(tables: dict[str, Any], common: tuple[Factor, Factor], muscle
         table, of_all = tables[section], common[number]
         table[overall] = _short(table[overall] * np.exp(of_all.mean))
         cohort[key] = _short(of_all.sd)
-        for each in muscles:
-            total = (each.strength, each.threshold)[number]
-            table[single][each.muscle] = _short(table[single].get(each.muscle, 1.0)
-                                                * np.exp(total.mean - of_all.mean))
-            cohort[f"{key}s"][each.muscle] = _short(np.sqrt(max(total.sd**2 - of_all.sd**2, 0.0)))
-    names = ", ".join(each.muscle for each in muscles)
+        for muscle, factors in muscles.items():
+            total = factors[number]
+            table[single][muscle] = _short(table[single].get(muscle, 1.0) * np.exp(total.mean - of_all.mean))
+            cohort[f"{key}s"][muscle] = _short(np.sqrt(max(total.sd**2 - of_all.sd**2, 0.0)))
+    names = ", ".join(muscles)
     return [f"strength and thresholds of {names} are the preset's, moved as far as the recording tells them "
             "apart, with spreads of the posterior",
             f"other muscles are those of {PRESET}, but for the strength and threshold that all muscles have "
@@ -355,9 +388,10 @@ def patient_text(own: OwnPatient, recording: str) -> str:
     """Text of the patient's file, with what is the person's in comments."""
     notes = (f"Made of {recording} by `fesloop identify --stimulation --patient`:", *own.notes,
              "[cohort] holds the standard deviations of what is not known of the person: its members are",
-             "possible patients. Recorded wrist flexion, and that of the preset at the same settings, N m:",
-             *(f"{each.muscle} {each.torque_nm:+.3f} (sd {each.sd_nm:.3f}), {each.expected_nm:+.3f}"
-               for each in own.muscles))
+             "possible patients. Wrist flexion at the recording's settings, N m: recorded, of this patient,",
+             "of 90 % of the preset's members:",
+             *(f"{each.muscle} {each.torque_nm:+.3g} (sd {each.sd_nm:.2g}), {each.own_nm:+.3g}, "
+               f"{each.stranger_nm[0]:+.2g} to {each.stranger_nm[1]:+.2g}" for each in own.muscles))
     return "".join(f"# {note}\n" for note in notes) + toml_text(own.tables)
 
 
@@ -369,7 +403,9 @@ def as_report(own: OwnPatient) -> dict[str, Any]:
 
     return {"strength": row(own.strength), "threshold": row(own.threshold), "notes": own.notes,
             "muscles": [{"muscle": each.muscle, "electrode": each.electrode, "recorded_nm": each.torque_nm,
-                         "recorded_sd_nm": each.sd_nm, "expected_nm": each.expected_nm,
+                         "recorded_sd_nm": each.sd_nm, "own_nm": each.own_nm,
+                         "expected_nm": each.expected_nm,
+                         "stranger_nm": dict(zip(("low", "high"), each.stranger_nm, strict=True)),
                          "strength": row(each.strength), "threshold": row(each.threshold)}
                         for each in own.muscles]}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -57,8 +58,7 @@ def _write_patient(recording: str, person: ArmPerson, path: Path) -> dict[str, A
 def _print_person(summary: dict[str, Any]) -> None:
     joints = list(summary["repeat_sd_nm"])
     rows = [[row["electrode"] + ("" if row["recorded"] else " *"),
-             *(f"{row[joint]['nm']:+.3f} ({row[joint]['low']:+.3f} to {row[joint]['high']:+.3f})"
-               for joint in joints)] for row in summary["electrodes"]]
+             *(_with_interval(**row[joint]) for joint in joints)] for row in summary["electrodes"]]
     posture = ", ".join(f"{joint.replace('_', ' ')} {angle:g}"
                         for joint, angle in summary["posture_deg"].items())
     print_table(f"{summary['person']}: evoked torque, N m, at {posture} deg (elbow straight: 0), "
@@ -71,16 +71,26 @@ def _print_person(summary: dict[str, Any]) -> None:
         print("* not recorded: of the population, as far as the other joints do not say", file=sys.stderr)
 
 
+def _with_interval(nm: float, low: float, high: float) -> str:
+    """Text of a torque and its interval, to two digits of half the interval."""
+    digits = max(0, 1 - math.floor(math.log10(0.5 * (high - low)))) if high > low else 3
+    return f"{nm:+.{digits}f} ({low:+.{digits}f} to {high:+.{digits}f})"
+
+
 def _print_patient(patient: dict[str, Any], within: float) -> None:
     def cells(row: dict[str, Any]) -> list[str]:
         return [f"{row[key]['factor']:.2f} ({row[key]['low']:.2f} to {row[key]['high']:.2f})"
                 for key in ("strength", "threshold")]
 
-    rows = [[row["muscle"], f"{row['recorded_nm']:+.3f}", f"{row['expected_nm']:+.3f}", *cells(row)]
-            for row in patient["muscles"]]
-    print_table(f"{patient['file']}: wrist flexion, N m; factors on the preset's muscles, "
-                f"{100 * within:.0f} % interval", ["muscle", "recorded", "expected", "strength", "threshold"],
-                [*rows, ["all muscles", "", "", *cells(patient)]], sys.stderr)
+    rows = [[row["muscle"], f"{row['recorded_nm']:+.3g} (sd {row['recorded_sd_nm']:.2g})",
+             f"{row['own_nm']:+.3g}",
+             f"{row['stranger_nm']['low']:+.2g} to {row['stranger_nm']['high']:+.2g}",
+             *cells(row)] for row in patient["muscles"]]
+    print_table(f"{patient['file']}: mean wrist flexion at the recording's settings, N m: recorded, of this "
+                f"patient, of {100 * within:.0f} % of the preset's members; factors on the preset's muscles, "
+                f"{100 * within:.0f} % interval",
+                ["muscle", "recorded", "this patient", "members", "strength", "threshold"],
+                [*rows, ["all muscles", "", "", "", *cells(patient)]], sys.stderr)
     for note in patient["notes"]:
         print(f"{patient['file']}: {note}", file=sys.stderr)
 

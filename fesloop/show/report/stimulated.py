@@ -71,7 +71,7 @@ def _posture(recording: StimulationRecording) -> Section | None:
     if trials is None or not trials.stimulated.any():
         return None
     scatter = trials.repeatability()
-    rows = [[joint_label(joint), *(f"{value:.3f}" if np.isfinite(value) else "-" for value in values)]
+    rows = [[joint_label(joint), *(f"{value:.2g}" if np.isfinite(value) else "-" for value in values)]
             for joint, *values in zip(recording.joints, scatter.sd_nm, scatter.rms_nm, scatter.snr,
                                       strict=True)]
     evoked = trials.evoked_nm

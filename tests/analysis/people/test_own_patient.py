@@ -1,5 +1,7 @@
 """Tests of a person's virtual patient: posterior against closed forms, simulated people of known strength."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from stimulation_parts import wrist_recording
@@ -104,6 +106,22 @@ def test_whole_recruitment_tells_strength(monkeypatch):
         for each in own.muscles:
             assert each.strength.sd < 0.28
             assert abs(each.strength.mean - np.log(factor)) < 2.0 * each.strength.sd
+            assert each.stranger_nm[0] < each.expected_nm < each.stranger_nm[1]
+            assert each.own_nm == pytest.approx(evoked_by(own.tables, each.electrode), rel=0.03)
+        assert f"{own.muscles[0].own_nm:+.3g}, " in own_patient.patient_text(own, "p.h5")
+
+
+def evoked_by(tables, electrode):
+    """Mean flexion that a patient of a file evokes at `STRONG`, its pads over its motor points."""
+    patient = patient_reader().from_table(tables, "own")
+    wrist, forearm = HeldWrist(patient), Forearm(patient, Pads(error_mm=0.0), np.random.default_rng(0))
+    torque = []
+    for pronated, flexed, radial in product((-1, 1), repeat=3):
+        recruited = forearm.recruitment(ELECTRODES.index(electrode), STRONG["current_a"], STRONG["width_s"],
+                                        40.0, np.deg2rad(40.0 * pronated))
+        angles = np.deg2rad([10.0 * flexed, 10.0 * radial])
+        torque.append(wrist.torque_nm(wrist.activation(*recruited), *angles)[0])
+    return np.mean(torque)
 
 
 @pytest.mark.slow
