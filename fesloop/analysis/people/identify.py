@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,12 +16,16 @@ from fesloop.errors import InputError
 from fesloop.hand.muscle_paths import JOINTS
 from fesloop.models.arm_people import FORMAT, ArmPerson, StoredArm
 from fesloop.models.evoked_torque import REFERENCE_RAD
-from fesloop.streams.stimulation import open_stimulation
+from fesloop.streams.stimulation import SteadyTrials, StimulationRecording, open_stimulation
+from fesloop.streams.stimulation.recording import SAME_PULSES
 from fesloop.streams.stimulation.summary import doubts_about
 
 Array = NDArray[np.float64]
 WITHIN = 0.9
 """Probability of the intervals in a report."""
+BASELINES = {"visit_median": "the median of each visit", "passive": "each visit's passive trials",
+             "none": "nothing"}
+"""Torque without the muscle, by the baseline of a recording, in words."""
 SURE, MISFIT = 2.0, 2.0
 """Standard deviations beyond which a sign is sure; standard errors of a cell beyond which a fit is poor
 (chosen; of the five people's 24 postures it is 1.0 to 1.1)."""
@@ -30,11 +34,24 @@ FEW_POSTURES = 4
 
 
 class Identified(NamedTuple):
-    """An identified person, doubts about the recording in words, and joints that it lacks."""
+    """An identified person.
+
+    Attributes
+    ----------
+    person: who it is.
+    doubts: about the recording, in words.
+    missing: joints that it lacks.
+    baseline: what its torques are over, in words.
+    gain: of the person's torques over the scatter of their repeats, relative to the population's.
+    pulses: by recorded electrode, lowest and highest current, mA, and pulse width, us, in words.
+    """
 
     person: ArmPerson
     doubts: list[str]
     missing: list[str]
+    baseline: str
+    gain: float
+    pulses: dict[str, str]
 
 
 def identify_person(recording: str | Path) -> Identified:
@@ -43,7 +60,8 @@ def identify_person(recording: str | Path) -> Identified:
     Raises InputError for a recording without steady trials, or of other joints and electrodes.
     """
     opened = open_stimulation(recording)
-    trials = trials_of(opened)
+    trials, steady = trials_of(opened), opened.steady
+    assert steady is not None
     population = ArmPopulation.shipped()
     lacking = [f"{name} was not stimulated: the interval is the population's"
                for name in population.common if name not in trials.cells]
@@ -62,7 +80,36 @@ def identify_person(recording: str | Path) -> Identified:
         lacking.append("no posture was repeated by the same pulses: the scatter of a repeat is the "
                        "population's")
     person = population.person(trials)
-    return Identified(person, [*_contradictions(trials, population, person), *lacking], missing)
+    return Identified(person, [*_contradictions(trials, population, person),
+                               *_passive_trials(opened, trials, person), *lacking], missing,
+                      BASELINES[steady.baseline], person.spreads.muscles / population.spreads.muscles,
+                      {name: _pulses(steady, opened.muscles.index(name)) for name in trials.cells})
+
+
+def _pulses(steady: SteadyTrials, muscle: int) -> str:
+    """Range of a muscle's currents and pulse widths, in words."""
+    here = steady.muscle == muscle
+    return ", ".join(
+        f"{low:.3g} {unit}" if high <= (1.0 + SAME_PULSES) * low else f"{low:.3g} to {high:.3g} {unit}"
+        for low, high, unit in ((values[here].min() * factor, values[here].max() * factor, unit)
+                                for values, factor, unit in ((steady.current_a, 1e3, "mA"),
+                                                             (steady.pulse_width_s, 1e6, "us"))))
+
+
+def _passive_trials(recording: StimulationRecording, trials: Trials, person: ArmPerson) -> Iterator[str]:
+    """Yield in words that passive trials differ from the medians of their visits, beyond their noise."""
+    steady = recording.steady
+    assert steady is not None
+    passive = ~steady.stimulated
+    if steady.baseline != "visit_median" or not passive.any():
+        return
+    mean = steady.evoked_nm[passive].mean(axis=0)
+    error = person.scale_nm[trials.joints] / np.sqrt(passive.sum())
+    off = [f"{joint} {mean[j]:+.2g} (sd {error[j]:.1g})" for j, joint in enumerate(recording.joints)
+           if abs(mean[j]) > SURE * error[j]]
+    if off:
+        yield (f"passive trials are not at the median of their visits, but at {', '.join(off)} N m: a "
+               "person's torques are over the median, a patient's over passive trials: they differ by that")
 
 
 def _contradictions(trials: Trials, population: ArmPopulation, person: ArmPerson) -> Iterator[str]:
@@ -89,19 +136,19 @@ def _contradictions(trials: Trials, population: ArmPopulation, person: ArmPerson
                "with care, and check postures, signs and outliers of the recording")
 
 
-def summary_of(person: ArmPerson, missing: Collection[str] = ()) -> dict[str, Any]:
-    """Torque of each electrode in the reference posture: mean and interval, N m, by joint.
-
-    `missing`: joints that the recording lacks.
-    """
+def summary_of(found: Identified) -> dict[str, Any]:
+    """Torque of each electrode in the reference posture: mean and interval, N m, by joint."""
+    person = found.person
     times = float(norm.ppf(0.5 + 0.5 * WITHIN))
     rows = []
     for electrode in person.weights:
         mean, sd = (each[0] for each in person.torque(electrode, REFERENCE_RAD[np.newaxis]))
         rows.append({"electrode": electrode, "recorded": electrode in person.tried,
+                     "pulses": found.pulses.get(electrode, ""),
                      **{joint: {"nm": float(mean[j]), "low": float(mean[j] - times * sd[j]),
                                 "high": float(mean[j] + times * sd[j])} for j, joint in enumerate(JOINTS)}})
-    return {"person": person.name, "missing": list(missing), "within": WITHIN,
+    return {"person": person.name, "missing": found.missing, "within": WITHIN, "baseline": found.baseline,
+            "gain": found.gain,
             "posture_deg": dict(zip(JOINTS, np.rad2deg(REFERENCE_RAD).tolist(), strict=True)),
             "repeat_sd_nm": dict(zip(JOINTS, person.scale_nm.tolist(), strict=True)), "electrodes": rows}
 

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from fesloop.analysis.people.courses import fits_of
+from fesloop.analysis.people.identify import BASELINES
 from fesloop.analysis.people.pads import Forearm, HeldWrist, Pads
 from fesloop.analysis.people.population import trials_of
 from fesloop.analysis.people.scatter import Scatter, repeats_of, scatter_of, simulated
@@ -108,6 +109,7 @@ class OwnPatient(NamedTuple):
     muscles: the recorded ones.
     strength, threshold: factors common to all muscles.
     notes: what is the person's and what the preset's, in words.
+    baseline: what the recorded torques of `muscles` are over, in words.
     """
 
     tables: dict[str, Any]
@@ -115,6 +117,7 @@ class OwnPatient(NamedTuple):
     strength: Factor
     threshold: Factor
     notes: list[str]
+    baseline: str
 
 
 class _Seen(NamedTuple):
@@ -168,7 +171,7 @@ def own_patient(recording: StimulationRecording, person: ArmPerson) -> OwnPatien
                              f"{recording.person}")
     if recording.side:
         tables["anthropometry"]["side"] = recording.side
-    return OwnPatient(tables, factors, *common, notes)
+    return OwnPatient(tables, factors, *common, notes, _baseline(recording))
 
 
 def _seen(recording: StimulationRecording, person: ArmPerson, pads: Pads) -> list[_Seen]:
@@ -223,6 +226,13 @@ def _at_rest(recording: StimulationRecording, person: ArmPerson) -> tuple[float,
         return 0.0, 0.0
     evoked = steady.evoked_nm[passive, recording.joints.index(JOINTS[_FLEXION])]
     return float(evoked.mean()), float(person.scale_nm[_FLEXION]**2 / passive.sum() if evoked.any() else 0.0)
+
+
+def _baseline(recording: StimulationRecording) -> str:
+    """Torque, in words, over which the recorded flexion is: passive trials, where there are any."""
+    steady = recording.steady
+    assert steady is not None
+    return BASELINES[steady.baseline] if steady.stimulated.all() else "all passive trials"
 
 
 def _friction_nm(recording: StimulationRecording) -> float:
@@ -388,8 +398,8 @@ def patient_text(own: OwnPatient, recording: str) -> str:
     """Text of the patient's file, with what is the person's in comments."""
     notes = (f"Made of {recording} by `fesloop identify --stimulation --patient`:", *own.notes,
              "[cohort] holds the standard deviations of what is not known of the person: its members are",
-             "possible patients. Wrist flexion at the recording's settings, N m: recorded, of this patient,",
-             "of 90 % of the preset's members:",
+             "possible patients. Wrist flexion at the recording's settings, N m: recorded, over",
+             f"{own.baseline}; of this patient; of 90 % of the preset's members:",
              *(f"{each.muscle} {each.torque_nm:+.3g} (sd {each.sd_nm:.2g}), {each.own_nm:+.3g}, "
                f"{each.stranger_nm[0]:+.2g} to {each.stranger_nm[1]:+.2g}" for each in own.muscles))
     return "".join(f"# {note}\n" for note in notes) + toml_text(own.tables)
@@ -402,6 +412,7 @@ def as_report(own: OwnPatient) -> dict[str, Any]:
                 "high": float(np.exp(factor.mean + WITHIN * factor.sd))}
 
     return {"strength": row(own.strength), "threshold": row(own.threshold), "notes": own.notes,
+            "baseline": own.baseline,
             "muscles": [{"muscle": each.muscle, "electrode": each.electrode, "recorded_nm": each.torque_nm,
                          "recorded_sd_nm": each.sd_nm, "own_nm": each.own_nm,
                          "expected_nm": each.expected_nm,

@@ -32,12 +32,13 @@ def _identify_person(args: Namespace) -> int:
     out = args.out or "person.json"
     path = free_target(out, f"--out {out}")
     patient_path = free_target(args.patient, f"--patient {args.patient}") if args.patient else None
-    person, doubts, missing = identify.identify_person(args.recording)
-    report: dict[str, Any] = {**identify.summary_of(person, missing), "doubts": doubts}
+    found = identify.identify_person(args.recording)
+    report: dict[str, Any] = {**identify.summary_of(found), "doubts": found.doubts}
     if patient_path is not None:
-        report["patient"] = {"file": args.patient, **_write_patient(args.recording, person, patient_path)}
-    identify.save(person, path)
-    for each in doubts:
+        report["patient"] = {"file": args.patient,
+                             **_write_patient(args.recording, found.person, patient_path)}
+    identify.save(found.person, path)
+    for each in found.doubts:
         print(f"fesloop: {args.recording}: {each}", file=sys.stderr)
     print_made("person", path, report, _print_person, as_json=args.json)
     if patient_path is not None and not args.json:
@@ -57,18 +58,22 @@ def _write_patient(recording: str, person: ArmPerson, path: Path) -> dict[str, A
 
 def _print_person(summary: dict[str, Any]) -> None:
     joints = list(summary["repeat_sd_nm"])
-    rows = [[row["electrode"] + ("" if row["recorded"] else " *"),
+    rows = [[row["electrode"] + ("" if row["recorded"] else " *"), row["pulses"] or "-",
              *(_with_interval(**row[joint]) for joint in joints)] for row in summary["electrodes"]]
     posture = ", ".join(f"{joint.replace('_', ' ')} {angle:g}"
                         for joint, angle in summary["posture_deg"].items())
-    print_table(f"{summary['person']}: evoked torque, N m, at {posture} deg (elbow straight: 0), "
-                f"{100 * summary['within']:.0f} % interval",
-                ["electrode", *(joint + " *" * (joint in summary["missing"]) for joint in joints)], rows,
-                sys.stderr)
+    print_table(f"{summary['person']}: evoked torque, N m, over {summary['baseline']}, at {posture} deg "
+                f"(elbow straight: 0), {100 * summary['within']:.0f} % interval",
+                ["electrode", "pulses", *(joint + " *" * (joint in summary["missing"]) for joint in joints)],
+                rows, sys.stderr)
     if "patient" in summary:
         _print_patient(summary["patient"], summary["within"])
     if summary["missing"] or not all(row["recorded"] for row in summary["electrodes"]):
-        print("* not recorded: of the population, as far as the other joints do not say", file=sys.stderr)
+        print("* not recorded: the population's, at the pulses of its people, in units of this recording's "
+              "scatter and times the gain; joints of a recorded electrode follow its other ones, too",
+              file=sys.stderr)
+    print(f"gain {summary['gain']:.2g}: torque of the recorded electrodes over the scatter of their repeats, "
+          "relative to the population's; it follows how strongly they were driven", file=sys.stderr)
 
 
 def _with_interval(nm: float, low: float, high: float) -> str:
@@ -86,9 +91,9 @@ def _print_patient(patient: dict[str, Any], within: float) -> None:
              f"{row['own_nm']:+.3g}",
              f"{row['stranger_nm']['low']:+.2g} to {row['stranger_nm']['high']:+.2g}",
              *cells(row)] for row in patient["muscles"]]
-    print_table(f"{patient['file']}: mean wrist flexion at the recording's settings, N m: recorded, of this "
-                f"patient, of {100 * within:.0f} % of the preset's members; factors on the preset's muscles, "
-                f"{100 * within:.0f} % interval",
+    print_table(f"{patient['file']}: mean wrist flexion at the recording's settings, N m: recorded, over "
+                f"{patient['baseline']}, of this patient, of {100 * within:.0f} % of the preset's members; "
+                f"factors on the preset's muscles, {100 * within:.0f} % interval",
                 ["muscle", "recorded", "this patient", "members", "strength", "threshold"],
                 [*rows, ["all muscles", "", "", "", *cells(patient)]], sys.stderr)
     for note in patient["notes"]:

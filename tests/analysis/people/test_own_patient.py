@@ -1,5 +1,7 @@
 """Tests of a person's virtual patient: posterior against closed forms, simulated people of known strength."""
 
+import re
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -168,6 +170,35 @@ def test_recordings_of_no_patient_are_refused_in_one_line(recording, message, mo
     with pytest.raises(InputError, match=message) as raised:
         own_patient.own_patient(recording, person)
     assert "\n" not in str(raised.value)
+
+
+def test_an_offset_of_passive_trials_is_named_and_both_baselines_are_labelled(tmp_path, monkeypatch, capsys):
+    """Six electrodes of which five do nothing: the visit's median is 0, but for noise."""
+    monkeypatch.setattr(own_patient, "MEMBERS", 8)
+    monkeypatch.chdir(tmp_path)
+    muscles = (*ELECTRODES, "biceps", "triceps")
+
+    def evoked(signs, _, muscle):
+        rng = np.random.default_rng(0)
+        return (0.3 * (muscle == 0)[:, np.newaxis] * [0.0, 0.0, 1.0, 0.0]
+                + 0.01 * rng.normal(size=(len(signs), 4)))
+
+    plain = wrist_recording(evoked, muscles=muscles)
+    steady = replace(plain.steady, baseline="visit_median")
+    device = steady.device_torque_nm.copy()
+    device[~steady.stimulated] += [0.0, 0.0, 0.15, 0.0]
+    recorded = []
+    for name, each in (("even", steady), ("off", replace(steady, device_torque_nm=device))):
+        write_stimulation(replace(plain, steady=each), tmp_path / f"{name}.h5")
+        assert main(["identify", "--stimulation", f"{name}.h5", "--patient", f"{name}.toml",
+                     "--out", f"{name}.json"]) == 0
+        err = " ".join(capsys.readouterr().err.split())
+        assert ("passive trials are not at the median of their visits, but at wrist_flexion -0.15" in err
+                ) == (name == "off")
+        assert "evoked torque, N m, over the median of each visit, at" in err
+        assert "recorded, over all passive trials, of this patient" in err
+        recorded.append(float(re.search(r"FCR (\S+) \(sd", err)[1]))
+    assert recorded[1] - recorded[0] == pytest.approx(0.15, abs=0.01)
 
 
 def test_a_muscle_that_strong_pulses_do_not_move_leaves_the_interval_wide(monkeypatch):

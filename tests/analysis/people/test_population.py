@@ -209,6 +209,8 @@ def test_identifies_a_person_from_a_file(world, tmp_path, monkeypatch, capsys):
     assert {row["electrode"] for row in told["electrodes"] if row["recorded"]} == set(seen)
     assert "she.h5: few postures of biceps (2), flexor carpi radialis (2)" in err
     assert "triceps was not stimulated: the interval is the population's" in err
+    assert {row["pulses"] for row in told["electrodes"] if row["recorded"]} == {"20 mA, 200 us"}
+    assert {row["pulses"] for row in told["electrodes"] if not row["recorded"]} == {""}
     person = load_person("person.json")
     at = ZERO_RAD + np.deg2rad(GRID_DEG)
     expected = identify_person("she.h5").person
@@ -247,6 +249,19 @@ def test_a_person_whose_torque_is_unusual_for_its_scatter_is_believed(world, tim
         mean, sd = me.torque(name, ZERO_RAD + np.deg2rad(GRID_DEG))
         off.append(((louder[name] - mean) / sd).ravel())
     assert 0.8 < np.mean(np.abs(np.concatenate(off)) < 1.645) < 0.98
+
+
+def test_the_gain_that_other_electrodes_follow_is_reported(world, tmp_path):
+    torque, scale = world[0][6]
+    found = []
+    for times in (1.0, 4.0):
+        seen = {"biceps": times * torque["biceps"]}
+        write_stimulation(recording(seen, scale, np.random.default_rng(1)), tmp_path / f"{times}.h5")
+        found.append(identify_person(tmp_path / f"{times}.h5"))
+    at = ZERO_RAD + np.deg2rad(GRID_DEG)
+    weaker, stronger = (np.abs(each.person.torque("triceps", at)[0][:, 0]).mean() for each in found)
+    assert stronger > 1.5 * weaker
+    assert found[1].gain / found[0].gain == pytest.approx(stronger / weaker, rel=0.1)
 
 
 def test_a_recording_with_the_other_sign_is_named(world, tmp_path, recordings):
