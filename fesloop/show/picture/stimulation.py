@@ -11,7 +11,13 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.show.picture.palette import BLUE, FAINT, ORANGE, VERMILION, channel_colour, tidy
-from fesloop.streams.stimulation.features import CLEAR, baselines, by_repeat, recruitment_curve
+from fesloop.streams.stimulation.features import (
+    CLEAR,
+    baselines,
+    by_repeat,
+    recruitment_curve,
+    shown_joint,
+)
 from fesloop.streams.stimulation.recording import ForceCourse, SteadyTrials, StimulationRecording
 
 if TYPE_CHECKING:
@@ -104,7 +110,7 @@ def torque_over_posture(recording: StimulationRecording) -> Figure | None:
 
 
 def recruitment(recording: StimulationRecording) -> Figure | None:
-    """Torque over pulse width in ramps, at the joint that it turns most."""
+    """Torque over pulse width in ramps, at the joint that the muscle turns most."""
     curves = [(course, curve) for course in recording.courses
               if (curve := recruitment_curve(course)) is not None][:_MOST_COURSES]
     if not curves:
@@ -116,7 +122,7 @@ def recruitment(recording: StimulationRecording) -> Figure | None:
                      "device part rising and falling width")
     axes = figure.subplots(down, across, squeeze=False).ravel()
     for here, (course, curve) in zip(axes, curves, strict=False):
-        j = curve.principal_joint
+        j = shown_joint(recording, course, curve)
         us = 1e6 * curve.width_s
         here.plot(us, curve.up_nm[:, j], "-", color=BLUE, label="rising")
         here.plot(us, curve.down_nm[:, j], "--", color=VERMILION, label="falling")

@@ -15,6 +15,7 @@ from fesloop.streams.stimulation.features import (
     by_repeat,
     principal_joint,
     recruitment_curve,
+    shown_joint,
 )
 from fesloop.streams.stimulation.recording import Array, SteadyTrials, StimulationRecording
 from fesloop.streams.stimulation.summary import doubts_about
@@ -117,7 +118,7 @@ def _recruitment(recording: StimulationRecording) -> Section | None:
         title = f"{recording.muscles[course.muscle]}, {1e3 * course.current_a:g} mA"
         curve = recruitment_curve(course)
         if curve is not None:
-            j = curve.principal_joint
+            j = shown_joint(recording, course, curve)
             charts.append(Chart(
                 key=f"ramp-{number}", title=f"{title}: {joint_label(recording.joints[j])}",
                 x_label="pulse width, us", y_label="torque, N m",

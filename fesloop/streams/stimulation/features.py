@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fesloop.streams.stimulation.recording import Array, SteadyTrials, TorqueCourse
+from fesloop.streams.stimulation.recording import Array, SteadyTrials, StimulationRecording, TorqueCourse
 
 _LEVELS = 20
 """Most pulse widths of a recruitment curve (chosen)."""
@@ -28,6 +28,18 @@ def principal_joint(trials: SteadyTrials, muscle: int) -> int:
     cells = [evoked[rows].mean(axis=0) for (m, _), rows in trials.cells().items() if m == muscle]
     size = np.abs(np.mean(cells, axis=0))
     return int(np.argmax(size / sd if (sd > 0.0).all() else size))
+
+
+def shown_joint(recording: StimulationRecording, course: TorqueCourse, curve: RecruitmentCurve) -> int:
+    """Number of the joint at which a ramp is shown: that of the muscle's isometric trials, if there are any.
+
+    Otherwise that of the largest torque in the ramps, where friction of the device may hide the muscle's own
+    joint.
+    """
+    trials = recording.steady
+    if trials is None or not (trials.muscle == course.muscle).any():
+        return curve.principal_joint
+    return principal_joint(trials, course.muscle)
 
 
 class ByRepeat(NamedTuple):

@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 from stimulation_parts import trials
 
 from fesloop.streams.stimulation import open_stimulation
-from fesloop.streams.stimulation.features import baselines, by_repeat, principal_joint, recruitment_curve
+from fesloop.streams.stimulation.features import (
+    baselines,
+    by_repeat,
+    principal_joint,
+    recruitment_curve,
+    shown_joint,
+)
 from fesloop.streams.stimulation.recording import TorqueCourse
 
 PERIOD = 0.005
@@ -102,3 +108,13 @@ def test_a_muscle_without_torque_is_not_clear():
     assert by_repeat(made, 0).clear
     assert not by_repeat(made, 1).clear
     assert principal_joint(made, 0) == 0
+
+
+def test_a_ramp_is_shown_at_the_joint_that_the_muscle_moves_in_isometric_trials(recordings):
+    """Friction hides the elbow in the ramps of this biceps, and its hold on the device moves the wrist."""
+    person = open_stimulation(recordings / "fes_exo" / "S9007.npz")
+    course = next(each for each in person.courses if person.muscles[each.muscle] == "biceps")
+    curve = recruitment_curve(course)
+    assert person.joints[curve.principal_joint] == "wrist_radial_deviation"
+    assert person.joints[shown_joint(person, course, curve)] == "elbow_flexion"
+    assert shown_joint(replace(person, steady=None), course, curve) == curve.principal_joint
