@@ -7,6 +7,7 @@ recruitment and the device's friction that explain all of it, at greatest poster
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -277,15 +278,19 @@ def crossed_by(electrode: str) -> list[int]:
 def fits_of(recording: StimulationRecording) -> list[CourseFit]:
     """Fits of all courses of a recording, each at the joint of the largest torque that it explains.
 
-    Joints are those that the electrode's muscle crosses: what others show, they show through the device.
-    Torques are compared over `LEAST_NM`.
+    Joints are those of the recording that the electrode's muscle crosses: what others show, they show through
+    the device. Torques are compared over `LEAST_NM`.
 
     Raises InputError for a recording of other joints.
     """
-    if recording.joints != JOINTS:
-        raise InputError(f"{recording.source}: joints", ", ".join(recording.joints), ", ".join(JOINTS))
-    found = []
-    for course in recording.courses:
+    if not {*recording.joints} <= {*JOINTS}:
+        raise InputError(f"{recording.source}: joints", ", ".join(recording.joints),
+                         f"of {', '.join(JOINTS)}")
+    columns, found = [JOINTS.index(name) for name in recording.joints], []
+    for recorded in recording.courses:
+        torque = np.full((len(recorded.device_torque_nm), len(JOINTS)), np.nan)
+        torque[:, columns] = recorded.device_torque_nm
+        course = replace(recorded, device_torque_nm=torque)
         electrode = recording.muscles[course.muscle]
         fits = [fit_course(course, joint, recording.person, electrode) for joint in crossed_by(electrode)]
         explained = [each for each in fits if each is not None and each.explained > _GOOD]

@@ -1,5 +1,7 @@
 """Tests of plain figures and fits of courses: made-up courses whose answers are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from fesloop.analysis.people.courses import fit_course, fits_of, step_responses
+from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.models.arm_responses import CHAIN_S, ArmResponses
@@ -124,3 +127,20 @@ def test_the_shipped_responses_are_those_of_the_recordings(recordings):
     assert [fit.response.electrode for fit in found] == [each.response.electrode for each in expected]
     for fit, each in zip(found, expected, strict=True):
         assert fit.response[2:] == pytest.approx(each.response[2:], rel=0.02)
+
+
+def test_courses_of_some_of_the_joints_are_fitted_there(recordings):
+    person = open_stimulation(recordings / "fes_exo" / "S9004.npz")
+    course = next(each for each in person.courses
+                  if person.muscles[each.muscle] == "flexor carpi radialis")
+    wrist = [person.joints.index("wrist_radial_deviation"), person.joints.index("wrist_flexion")]
+    part = replace(course, angle_rad=course.angle_rad[:, wrist], reference_rad=course.reference_rad[wrist],
+                   stiffness_nm_rad=course.stiffness_nm_rad[wrist],
+                   device_torque_nm=course.device_torque_nm[:, wrist])
+    (whole,), (found,) = (fits_of(each) for each in (
+        replace(person, courses=(course,)),
+        replace(person, joints=tuple(person.joints[j] for j in wrist), zero_rad=person.zero_rad[wrist],
+                friction_nm=person.friction_nm[wrist], steady=None, movements=(), courses=(part,))))
+    assert found.response == whole.response
+    with pytest.raises(InputError, match="knee_flexion"):
+        fits_of(replace(person, joints=("knee_flexion", *person.joints[1:]), courses=()))
