@@ -29,7 +29,8 @@ def _identify_person(args: Namespace) -> int:
     """Write a person's file; print torque and intervals, and what the recording does not say."""
     from fesloop.analysis.people import identify
 
-    out = args.out or "person.json"
+    source = Path(args.recording)
+    out = args.out or str(source.with_name(f"{source.stem}_person.json"))
     path = free_target(out, f"--out {out}")
     patient_path = free_target(args.patient, f"--patient {args.patient}") if args.patient else None
     found = identify.identify_person(args.recording)
@@ -66,6 +67,8 @@ def _print_person(summary: dict[str, Any]) -> None:
                 f"(elbow straight: 0), {100 * summary['within']:.0f} % interval",
                 ["electrode", "pulses", *(joint + " *" * (joint in summary["missing"]) for joint in joints)],
                 rows, sys.stderr)
+    print("arm_bench takes these torques; recruitment, delay and speed of its muscles are the population's",
+          file=sys.stderr)
     if "patient" in summary:
         _print_patient(summary["patient"], summary["within"])
     if summary["missing"] or not all(row["recorded"] for row in summary["electrodes"]):

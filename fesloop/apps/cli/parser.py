@@ -232,7 +232,8 @@ def _add_identify(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--patient", metavar="FILE",
                          help="with --stimulation: write a virtual patient with the person's muscles, too")
     command.add_argument("--out", metavar="FILE",
-                         help="the file to write (default: model.toml; with --stimulation, person.json)")
+                         help="the file to write (default: model.toml; with --stimulation, beside the "
+                         "recording, such as p1_person.json)")
     command.add_argument("--measured", metavar="SIGNAL", default="",
                          help="signal to be predicted (default: that of the block of kind synergies)")
     command.add_argument("--method", choices=("subspace", "fir"), default="subspace",

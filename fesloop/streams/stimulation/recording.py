@@ -33,7 +33,8 @@ OPPOSITES = {"flexion": "extension", "pronation": "supination", "radial_deviatio
 LARGEST_TORQUE_NM = MappingProxyType({
     "elbow": 145.0, "forearm": 18.0, "wrist_flexion": 38.0, "wrist_extension": 38.0,
     "wrist_radial_deviation": 31.0, "wrist_ulnar_deviation": 31.0})
-"""Torque beyond what a joint can do, N m (chosen: twice the greatest published voluntary maximum). Elbow 71
+"""Torque beyond what a joint can do, N m (chosen: twice the greatest published voluntary maximum, so that
+strong people pass, and wrong units, which are wrong by ten or more, do not). Elbow 71
 and forearm 8.9 are means of men (Askew 1987, Clinical Orthopaedics 222:261), wrist 18.7 and 15.3 the greatest
 of ten wrists (Delp 1996, doi 10.1016/0021-9290(96)00029-2)."""
 _OTHER_JOINT_NM = 145.0

@@ -220,7 +220,8 @@ def test_command_writes_a_patient_that_experiments_take(tmp_path, monkeypatch, c
     assert "--patient: is for recordings of stimulation" in capsys.readouterr().err
     assert main(["identify", "--stimulation", "p1.h5", "--patient", "own.toml"]) == 0
     out = capsys.readouterr()
-    assert out.out.split() == ["person.json", "own.toml"]
+    assert out.out.split() == ["p1_person.json", "own.toml"]
+    assert "arm_bench takes these torques; recruitment, delay and speed of its muscles are the" in out.err
     text = (tmp_path / "own.toml").read_text("utf-8")
     assert "# strength and thresholds of FCR, PL are the preset's, moved" in text
     assert "natural frequency, and their spreads, are those of able_bodied: there are no courses" in text

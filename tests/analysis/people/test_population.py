@@ -211,14 +211,14 @@ def test_identifies_a_person_from_a_file(world, tmp_path, monkeypatch, capsys):
     assert "triceps was not stimulated: the interval is the population's" in err
     assert {row["pulses"] for row in told["electrodes"] if row["recorded"]} == {"20 mA, 200 us"}
     assert {row["pulses"] for row in told["electrodes"] if not row["recorded"]} == {""}
-    person = load_person("person.json")
+    person = load_person("she_person.json")
     at = ZERO_RAD + np.deg2rad(GRID_DEG)
     expected = identify_person("she.h5").person
     for name in person.weights:
         for ours, theirs in zip(person.torque(name, at), expected.torque(name, at), strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-5)
     assert main(["identify", "--stimulation", "she.h5"]) == 2
-    assert "--out person.json: exists already" in capsys.readouterr().err
+    assert "--out she_person.json: exists already" in capsys.readouterr().err
 
 
 def test_other_pulse_widths_are_no_repeats_of_a_person(world, tmp_path):
