@@ -161,6 +161,8 @@ def own_patient(recording: StimulationRecording, person: ArmPerson) -> OwnPatien
         [_likelihood(*each) for each in zip(seen, torques, expected, strict=True)], spreads, logs)
     notes = _write_factors(tables, common, dict(zip((each.muscle for each in seen), single, strict=True)))
     notes += [*_write_courses(tables, recording, pads), _write_variation(tables, recording)]
+    notes.append(f"pads are assumed to have a radius of {pads.radius_mm:g} mm and to lie within "
+                 f"{pads.error_mm:g} mm (sd) of motor points: the recording's [electrodes] are not used")
     own = _own_torques(tables, seen, recording.frequency_hz, _friction_nm(recording))
     factors = [MuscleFactors(each.muscle, each.electrode, each.torque_nm, float(np.sqrt(each.variance)),
                              torque, usual, _interval(members, weights), *pair)

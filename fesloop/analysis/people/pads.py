@@ -31,7 +31,7 @@ class Pads:
 
     Attributes
     ----------
-    radius_mm: of a pad (chosen: a common small round one has 25 mm).
+    radius_mm: of a pad (chosen: a common small round one has a diameter of 25 mm).
     error_mm: standard deviation of a pad's place around the forearm and along it (chosen).
     muscles: muscle under each electrode.
     between: motor points over whose middle an electrode lies instead. That of ECRL lies where the wrist

@@ -233,6 +233,7 @@ def test_command_writes_a_patient_that_experiments_take(tmp_path, monkeypatch, c
     assert own.cohort.motor_along_mm == preset.cohort.motor_along_mm
     assert own.muscle == preset.muscle
     assert "# variation between trials is" in text
+    assert "# pads are assumed to have a radius of 12 mm and to lie within 6 mm (sd)" in text
     members = [own.member(cohort=1, number=number) for number in range(40)]
     strengths = np.log([each.strength.overall * each.strength.muscles["FCR"] for each in members])
     total = np.hypot(own.cohort.strength, own.cohort.strengths["FCR"])
