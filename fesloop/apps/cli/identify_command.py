@@ -69,14 +69,14 @@ def _print_person(summary: dict[str, Any]) -> None:
                 rows, sys.stderr)
     print("arm_bench takes these torques; recruitment, delay and speed of its muscles are the population's",
           file=sys.stderr)
-    if "patient" in summary:
-        _print_patient(summary["patient"], summary["within"])
     if summary["missing"] or not all(row["recorded"] for row in summary["electrodes"]):
         print("* not recorded: the population's, at the pulses of its people, in units of this recording's "
               "scatter and times the gain; joints of a recorded electrode follow its other ones, too",
               file=sys.stderr)
     print(f"gain {summary['gain']:.2g}: torque of the recorded electrodes over the scatter of their repeats, "
           "relative to the population's; it follows how strongly they were driven", file=sys.stderr)
+    if "patient" in summary:
+        _print_patient(summary["patient"], summary["within"])
 
 
 def _with_interval(nm: float, low: float, high: float) -> str:

@@ -49,8 +49,8 @@ def _import_stimulation(args: Namespace) -> int:
     print(f"{args.target}: {recording.person}: {', '.join(held)}, from {recording.source} "
           f"({recording.source_format})")
     if steady is not None:
-        rows = [[joint, *("-" if steady[key][joint] is None else f"{steady[key][joint]:.2g}"
-                          for key in ("sd_nm", "rms_nm", "snr"))]
+        rows = [[joint, *("-" if steady[key][joint] is None else f"{steady[key][joint]:{form}}"
+                          for key, form in (("sd_nm", ".2g"), ("rms_nm", ".3g"), ("snr", ".2g")))]
                 for joint in recording.joints]
         print_table("evoked torque, N m: sd of a repeat; rms over muscles and postures; their ratio",
                     ["joint", "sd", "rms", "SNR"], rows, sys.stdout)
