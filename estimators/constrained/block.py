@@ -35,10 +35,10 @@ from estimators.calibration.pose_evidence import (
 )
 from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
-from estimators.constrained.measurements import PERIOD
 from estimators.constrained.posture import posture
 from estimators.constrained.state import ConstrainedState, take
 from estimators.fusion.front_end import VqfBank
+from estimators.gaps import Gaps, bridge
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
@@ -133,10 +133,11 @@ class ConstrainedTracker:
     `fingertip_sd`, and `angles` are those of each joint in turn (see Joint).
 
     A joint is reported as "uncertain" when the sd of one of its angles rises above `uncertain_deg`, and as
-    "certain" when all are well below again. With a lost sample (or a frozen one, or one held for too long:
-    `estimators.arrivals`) the joints of that sensor stop, a clipped one still moves them; their sd
-    grows until they are unknown. A joint without sensors and an unknown one are reported as "untracked",
-    until "tracked": its angles are zero, their sd is pi.
+    "certain" when all are well below again. Through lost samples (or frozen ones, or ones held for too long:
+    `estimators.arrivals`) the joints of that sensor turn on as the rates around the gap tell
+    (`estimators.gaps`), a clipped rate is used as read; their sd grows until they are unknown. A joint
+    without sensors and an unknown one are reported as "untracked", until "tracked": its angles are zero,
+    their sd is pi.
 
     Attributes
     ----------
@@ -167,8 +168,8 @@ class ConstrainedTracker:
     force_time_s: correlation time of its error, s (chosen: that of tissue at 10 rad/s).
     lever_sd_m: initial sd of the vector from a joint's centre to its sensors, m, each axis.
     range_sd_deg: tolerance of a joint's range, beyond the mounting's (S19 clips hard; 3 is chosen).
-    untracked_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion). A joint is
-        unseen once its sd has reached pi.
+    untracked_deg_s: rms rate of a segment about each axis while a sample is missing (chosen: a finger in
+        motion). A joint is unseen once that rate would have turned it by pi.
     clipped_rate_deg_s: sd of the rate in excess of a clipped one (chosen: as in KortierTracker).
     uncertain_deg: sd above which a joint's angle is reported.
     tau_acc_s: time constant of the root's inclination, s (VQF's own default).
@@ -288,6 +289,7 @@ class ConstrainedTracker:
             overrun=Overrun(self.sensors, math.radians(self.clipped_rate_deg_s)),
             settings=self._settings(period),
             unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
+            gaps=Gaps.none(self.sensors),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
             status=np.full(len(table.ends), SURE, dtype=np.int64),
@@ -298,19 +300,24 @@ class ConstrainedTracker:
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
         table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
-        state.arrivals.note(inputs, tick)
+        arrivals, gaps, ends = state.arrivals, state.gaps, table.ends
+        captured_s, _, _ = arrivals.note(inputs, tick)
+        first, ticks, state.ticks = state.ticks == 0, tick.index + 1 - state.ticks, tick.index + 1
+        elapsed_s = ticks * arrivals.period_s
         if state.taken > state.pose_samples:
-            elapsed_s = (tick.index + 1 - state.ticks) * float(state.settings[PERIOD])
-            state.overrun.note(state.arrivals.codes, elapsed_s, tick)
+            state.overrun.note(arrivals.codes, elapsed_s, tick)
+        gap = bridge(arrivals.samples[0], arrivals.codes[0], elapsed_s, captured_s, arrivals.period_s,
+                     math.radians(self.untracked_deg_s), gaps)
         # Ticks that were skipped while the block was busy are processed with this sample.
-        for _ in range(tick.index + 1 - state.ticks):
-            take(state, table, inputs)
-        first, state.ticks = state.ticks == 0, tick.index + 1
+        for _ in range(ticks):
+            take(state, table, captured_s == 0.0, gap)
         q, covariance, doubt = found.q[0], found.covariance[0], found.doubt
+        if gap:
+            doubt = np.sqrt(doubt ** 2 + gaps.pending[ends].sum(axis=1))
         if state.contradicted and self.body is not None and state.watch is not None:
-            doubt = np.hypot(doubt, state.watch.sizes[self.body.sensed[table.ends[:, 1]]])
+            doubt = np.hypot(doubt, state.watch.sizes[self.body.sensed[ends[:, 1]]])
         orientation, angles, sd, relative, worst = posture(
-            state.roots.orientation(), q, covariance, doubt, table.roots, table.ends, table.kinds,
+            state.roots.orientation(), q, covariance, doubt, table.roots, ends, table.kinds,
             table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd, *self._misalignment())
         if first or status_changed(worst, math.radians(self.uncertain_deg), state.status):
             report(worst, math.radians(self.uncertain_deg), state.status, table, first, tick)

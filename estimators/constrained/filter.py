@@ -40,7 +40,6 @@ from estimators.constrained.measurements import (
     N,
     axes_agree,
     correct,
-    mean_of,
     measure,
     shared_acceleration,
 )
@@ -102,26 +101,16 @@ def truncated(mean: float, variance: float, low: float, high: float) -> Any:
 
 
 LOST, EXCEEDED, DOUBTED, SOUND = range(4)
-"""Quality of a sample: none, with a clipped rate, with a clipped acceleration, sound."""
+"""Quality of a sample: no rate, a clipped one, a rate without a sound acceleration, sound."""
 _COHERENT = 0.25
 """Angle over which a joint's rotation does not reverse, rad, shared by two sensors (chosen)."""
 
 
 @compiled
-def _lose(at: Any, s: Any, cov: Any, period: float, unseen: float) -> None:
-    """Advance by a period without a sound sample: the error of an unknown rate grows with the time unseen."""
-    before = s[12]
-    s[12] += period
-    for i in range(3):
-        cov[i, i] += unseen ** 2 * (s[12] ** 2 - before ** 2)
-    if s[12] * unseen > math.pi:
-        at[:] = np.nan
-
-
-@compiled
 def advance(
     q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any,
-    zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any, number: int
+    zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, rates: Any, spread: Any, silent: Any,
+    settings: Any, number: int
 ) -> None:
     """Advance all joints by one period.
 
@@ -132,15 +121,16 @@ def advance(
     ----------
     q: (joints, 4), updated; NaN for a joint that has not begun, which is skipped, and for one whose samples
         have been missing until it is unknown.
-    rest: (joints, 17), b, l_p, l_c, the force's mean in the child's frame, m/s^2, duration of missing
-        samples, s, then d, c; updated.
+    rest: (joints, 17), b, l_p, l_c, the force's mean in the child's frame, m/s^2, duration of clipped
+        rates, s, then d, c; updated.
     covariance: (joints, 16, 16), updated.
     surprise: (joints,), increased by minus twice the log likelihood of the measurements.
     doubt: (joints,), above 0 with several hypotheses.
     ends, kinds, axes, zero, ranges: as in JointTable.
     gyr, acc: (2, n, 3), sample before and this one.
-    seen: (2, n), LOST, EXCEEDED, DOUBTED or SOUND: a lost sample stops its joints, one with a
-        clipped rate or acceleration still moves them, and both increase the sd.
+    seen: (2, n), LOST, EXCEEDED, DOUBTED or SOUND. Accelerations are measured between two sound samples
+        alone.
+    rates: (n, 3), rad/s, mean over the period, spread: (n,), rad^2/s, and silent: (n, 2), s: as in Gaps.
     settings: (13,), see PERIOD and the following; number: of this sample.
     """
     x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
@@ -152,53 +142,54 @@ def advance(
         p, c = ends[j, 0], ends[j, 1]
         worst = min(seen[1, p], seen[1, c])
         at, s, cov = q[j], rest[j], covariance[j]
-        wp, wc = _rate(gyr, seen, p), _rate(gyr, seen, c)
+        wp, wc = (rates[p, 0], rates[p, 1], rates[p, 2]), (rates[c, 0], rates[c, 1], rates[c, 2])
         if (number + j) % every > 0:
-            if worst > LOST:
-                _turn(at, s, wp, wc, period)
+            _turn(at, s, wp, wc, period)
         else:
             x[:] = 0.0
-            if worst > LOST:
-                _turn(at, s, wp, wc, 0.5 * period)
-                if min(worst, seen[0, p], seen[0, c]) == SOUND:
-                    surprise[j] += shared_acceleration(
-                        at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
+            _turn(at, s, wp, wc, 0.5 * period)
+            if min(worst, seen[0, p], seen[0, c]) == SOUND:
+                surprise[j] += shared_acceleration(
+                    at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
             surprise[j] += axes_agree(at, s, kinds[j], axes[j], zero[j], cov, settings, x, h, gain)
             correct(at, s, x)
             surprise[j] += keep_in_range(
                 at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain, doubt[j] == 0.0)
-            if worst > LOST:
-                _turn(at, s, wp, wc, 0.5 * period)
-        if worst == SOUND:
-            walked = settings[BIAS_WALK] ** 2 + _turned_bias(at, wp, wc, settings[BIAS])
-            _spread(cov, s, wc, period, settings[TURN] ** 2 * period, walked * period)
+            _turn(at, s, wp, wc, 0.5 * period)
+        walked = settings[BIAS_WALK] ** 2 + _turned_bias(at, wp, wc, settings[BIAS])
+        turned = settings[TURN] ** 2 + 0.5 * (spread[p] + spread[c])
+        _spread(cov, s, wc, period, turned * period, walked * period)
+        if worst == EXCEEDED:
+            # The excess of a clipped rate is constant: its sd grows with time, not with its square root.
+            before = s[12]
+            s[12] += period
+            for i in range(3):
+                cov[i, i] += settings[EXCESS] ** 2 * (s[12] ** 2 - before ** 2)
+        elif worst > EXCEEDED:
             s[12] = 0.0
-        else:
-            unknown = settings[EXCESS] if worst == EXCEEDED else settings[UNSEEN]
-            _lose(at, s, cov, period, unknown)
+        if max(silent[p, 0], silent[c, 0]) * settings[UNSEEN] > math.pi:
+            at[:] = np.nan
 
 
 @compiled
-def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any) -> None:
-    """Shift the newest sample to before and store the new one, (n, 3) each; a lost one as zero.
+def admit(samples: Any, codes: Any, repeated: bool, gyr: Any, acc: Any, seen: Any) -> None:
+    """Shift the newest sample to before and store the new one; a lost one as zero.
 
-    `codes` (3, n) are those of `estimators.arrivals`; `gyr`, `acc`, `seen` are as in `advance`.
+    `samples` (3, n, 3) and `codes` (3, n) are those of `estimators.arrivals`; if they are `repeated`, all
+    count as lost. `gyr`, `acc`, `seen` are as in `advance`.
     """
     for i in range(codes.shape[1]):
-        lost = (codes[0, i] | codes[1, i]) & MISSING != 0
         seen[0, i] = seen[1, i]
-        exceeded = codes[0, i] & CLIPPED != 0
-        seen[1, i] = LOST if lost else EXCEEDED if exceeded else SOUND if codes[1, i] == 0 else DOUBTED
+        if repeated or codes[0, i] & MISSING:
+            seen[1, i] = LOST
+        elif codes[0, i] & CLIPPED:
+            seen[1, i] = EXCEEDED
+        else:
+            seen[1, i] = SOUND if codes[1, i] == 0 else DOUBTED
         for k in range(3):
             gyr[0, i, k], acc[0, i, k] = gyr[1, i, k], acc[1, i, k]
-            gyr[1, i, k] = 0.0 if lost else new_gyr[i, k]
-            acc[1, i, k] = 0.0 if lost else new_acc[i, k]
-
-
-@compiled
-def _rate(gyr: Any, seen: Any, i: int) -> Any:
-    """Mean of both samples' rates, or this one's where only this one is sound."""
-    return mean_of(gyr, i) if seen[0, i] > LOST else (gyr[1, i, 0], gyr[1, i, 1], gyr[1, i, 2])
+            gyr[1, i, k] = 0.0 if seen[1, i] == LOST else samples[0, i, k]
+            acc[1, i, k] = 0.0 if codes[1, i] & MISSING else samples[1, i, k]
 
 
 @compiled

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,7 @@ from estimators.calibration.pose_evidence import ReleaseWatch
 from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained.filter import SOUND, admit, advance
 from estimators.fusion.front_end import VqfBank
-from fesloop.loop.signals import Sample
+from estimators.gaps import Gaps, lost_samples
 
 Array = NDArray[np.float64]
 
@@ -33,6 +32,7 @@ class ConstrainedState:
     settings: settings of the joint filters, for `constrained.filter`.
     unknown: initial uncertainty of a joint.
     found: joint filters.
+    gaps: rotation through gaps in the samples.
     gyr, acc: (2, n, 3), sample before and newest sample.
     seen: (2, n), LOST, EXCEEDED, DOUBTED or SOUND for each of these.
     status: (joints,), SURE, UNSURE or UNSEEN, as last reported.
@@ -52,6 +52,7 @@ class ConstrainedState:
     settings: Array
     unknown: Unknown
     found: Hypotheses
+    gaps: Gaps
     gyr: Array
     acc: Array
     seen: NDArray[np.int64]
@@ -67,19 +68,26 @@ class ConstrainedState:
     taken: int = 0
 
 
-def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample]) -> None:
-    """Advance by one period with the samples at the inputs."""
-    codes, roots, found = state.arrivals.codes, table.roots, state.found
-    admit(inputs[0].value, inputs[1].value, codes, state.gyr, state.acc, state.seen)
-    gyr, acc = state.gyr[1].take(roots, axis=0), state.acc[1].take(roots, axis=0)
-    if state.arrivals.sound:
+def take(state: ConstrainedState, table: JointTable, repeated: bool, gap: bool) -> None:
+    """Advance by one period.
+
+    Parameters
+    ----------
+    repeated: whether no sample is new.
+    gap: whether any sensor is in a gap, or at its end.
+    """
+    roots, found, gaps, arrivals = table.roots, state.found, state.gaps, state.arrivals
+    admit(arrivals.samples, arrivals.codes, repeated, state.gyr, state.acc, state.seen)
+    gyr, acc = gaps.rates.take(roots, axis=0), state.acc[1].take(roots, axis=0)
+    if arrivals.sound and not gap:
         state.roots.update(gyr, acc, None)
     else:
-        state.roots.update_only(state.arrivals.usable()[roots], gyr, acc, None)
+        lost = lost_samples(arrivals.codes, repeated, gaps)
+        state.roots.update_sound(gyr, acc, None, lost[:, roots])
     for h in range(len(found.q) if found.open else 1):
         advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], found.doubt, table.ends,
                 table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,
-                state.settings, state.taken)
+                gaps.means, gaps.spread, gaps.silent, state.settings, state.taken)
     if state.taken < state.pose_samples:
         sound = state.seen[1] == SOUND
         state.pose_acc[sound] += state.acc[1, sound]

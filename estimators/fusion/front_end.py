@@ -49,22 +49,22 @@ class VqfBank:
         None means that this tick has no sample of that kind.
         """
         if acc is None:
-            self.update_only(np.ones(len(self._filters), dtype=np.bool_), gyr, None, mag)
+            self.update_sound(gyr, None, mag, np.zeros((3, len(self._filters)), dtype=np.bool_))
         elif mag is None:
             deque(map(VQF.update, self._filters, gyr, acc), maxlen=0)
         else:
             deque(map(VQF.update, self._filters, gyr, acc, mag), maxlen=0)
 
-    def update_only(
-        self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
+    def update_sound(
+        self, gyr: Array, acc: Array | None, mag: Array | None, lost: NDArray[np.bool_]
     ) -> None:
-        """Process one sample of the sensors in `used`, (n,); the others keep their state."""
-        for i in np.flatnonzero(used):
-            filter_ = self._filters[i]
-            filter_.updateGyr(gyr[i])
-            if acc is not None:
+        """As `update`, without the samples in `lost`, (3, n), of gyr, acc and mag."""
+        for i, filter_ in enumerate(self._filters):
+            if not lost[0, i]:
+                filter_.updateGyr(gyr[i])
+            if acc is not None and not lost[1, i]:
                 filter_.updateAcc(acc[i])
-            if mag is not None:
+            if mag is not None and not lost[2, i]:
                 filter_.updateMag(mag[i])
 
     def begin(
@@ -151,10 +151,10 @@ def _learn(
 
 
 @compiled
-def predict(gyr: Array, used: NDArray[np.bool_], period_s: float, q: Array, bias: Array) -> None:
-    """Integrate rates (n, 3), rad/s, less `bias` (n, 3), into q (n, 4) of the sensors in `used`."""
+def predict(gyr: Array, lost: NDArray[np.bool_], period_s: float, q: Array, bias: Array) -> None:
+    """Integrate rates (n, 3), rad/s, less `bias` (n, 3), into q (n, 4), but of sensors in `lost`."""
     for s in range(q.shape[0]):
-        if used[s]:
+        if not lost[s]:
             now = multiply((q[s, 0], q[s, 1], q[s, 2], q[s, 3]),
                            _turn(period_s * (gyr[s, 0] - bias[s, 0]), period_s * (gyr[s, 1] - bias[s, 1]),
                                  period_s * (gyr[s, 2] - bias[s, 2])))
@@ -163,20 +163,21 @@ def predict(gyr: Array, used: NDArray[np.bool_], period_s: float, q: Array, bias
 
 @compiled
 def correct_inclination(
-    acc: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64],
+    acc: Array, lost: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64],
     deviations: Array
 ) -> None:
     """Rotate q (n, 4) about horizontal axes towards the vertical of acc (n, 3), m/s^2.
 
     Parameters
     ----------
+    lost: (n,), mask of sensors without a sample.
     settings: sampling period and halving time, s, zeta, rating, time from which the bias is estimated, s.
     steps: (n,), samples so far; deviations: (n, RATED_SAMPLES), from gravity, m/s^2.
     """
     period, tau, zeta, rating = settings[0], settings[1], settings[2], settings[3]
     for s in range(q.shape[0]):
         size = math.sqrt(acc[s, 0] ** 2 + acc[s, 1] ** 2 + acc[s, 2] ** 2)
-        if not used[s] or size == 0.0:
+        if lost[s] or size == 0.0:
             continue
         deviations[s, steps[s] % RATED_SAMPLES] = abs(size - GRAVITY)
         steps[s] += 1
@@ -197,12 +198,12 @@ def correct_inclination(
 
 @compiled
 def correct_heading(
-    mag: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64]
+    mag: Array, lost: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64]
 ) -> None:
     """Rotate q (n, 4) about the vertical to turn mag (n, 3), any unit, to y; as `correct_inclination`."""
     period, tau, zeta = settings[0], settings[1], settings[2]
     for s in range(q.shape[0]):
-        if not used[s]:
+        if lost[s]:
             continue
         before = (q[s, 0], q[s, 1], q[s, 2], q[s, 3])
         x, y, _ = turned(before, mag[s, 0], mag[s, 1], mag[s, 2])
@@ -260,8 +261,8 @@ class SeelRuppinBank:
     Raises InputError for times that are not positive and for negative strengths.
     """
 
-    __slots__ = ("acc_settings", "acc_steps", "bias", "deviations", "every", "mag_settings", "mag_steps",
-                 "magnetometer", "period_s", "q")
+    __slots__ = ("acc_settings", "acc_steps", "bias", "deviations", "mag_settings", "mag_steps",
+                 "magnetometer", "none_lost", "period_s", "q")
 
     def __init__(
         self, sensors: int, period_s: float, magnetometer: bool, *, acc_period_s: float | None = None,
@@ -275,7 +276,7 @@ class SeelRuppinBank:
         self.period_s, self.magnetometer = period_s, magnetometer
         self.acc_settings = np.array([acc_period_s or period_s, tau_acc_s, zeta, acc_rating, tau_acc_s])
         self.mag_settings = np.array([mag_period_s or period_s, tau_mag_s, zeta, 0.0, tau_acc_s])
-        self.every = np.ones(sensors, dtype=np.bool_)
+        self.none_lost = np.zeros((3, sensors), dtype=np.bool_)
         self.q, self.bias = np.tile(_START, (sensors, 1)), np.zeros((sensors, 3))
         self.acc_steps = np.zeros(sensors, dtype=np.int64)
         self.mag_steps = np.zeros(sensors, dtype=np.int64)
@@ -283,18 +284,18 @@ class SeelRuppinBank:
 
     def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
         """Process one sample of every sensor, (n, 3) each; None where the tick has none of that kind."""
-        self.update_only(self.every, gyr, acc, mag)
+        self.update_sound(gyr, acc, mag, self.none_lost)
 
-    def update_only(
-        self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
+    def update_sound(
+        self, gyr: Array, acc: Array | None, mag: Array | None, lost: NDArray[np.bool_]
     ) -> None:
-        """Process one sample of the sensors in `used`, (n,); the others keep their state."""
-        predict(gyr, used, self.period_s, self.q, self.bias)
+        """As `update`, without the samples in `lost`, (3, n), of gyr, acc and mag."""
+        predict(gyr, lost[0], self.period_s, self.q, self.bias)
         if acc is not None:
-            correct_inclination(acc, used, self.acc_settings, self.q, self.bias, self.acc_steps,
+            correct_inclination(acc, lost[1], self.acc_settings, self.q, self.bias, self.acc_steps,
                                 self.deviations)
         if mag is not None:
-            correct_heading(mag, used, self.mag_settings, self.q, self.bias, self.mag_steps)
+            correct_heading(mag, lost[2], self.mag_settings, self.q, self.bias, self.mag_steps)
 
     def begin(
         self, used: NDArray[np.bool_], bias: Array, acc: Array, mag: Array | None, samples: int
@@ -327,10 +328,10 @@ class FrontEnd(Protocol):
     def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
         """Process one sample of every sensor, (n, 3) each, rad/s, m/s^2, T; None where there is none."""
 
-    def update_only(
-        self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
+    def update_sound(
+        self, gyr: Array, acc: Array | None, mag: Array | None, lost: NDArray[np.bool_]
     ) -> None:
-        """Process one sample of the sensors in `used`, (n,); the others keep their state."""
+        """As `update`, without the samples in `lost`, (3, n), of gyr, acc and mag."""
 
     def begin(
         self, used: NDArray[np.bool_], bias: Array, acc: Array, mag: Array | None, samples: int

@@ -27,6 +27,7 @@ from estimators.body.body import (
     turned_angle,
 )
 from estimators.fusion.front_end import VqfBank
+from estimators.gaps import Gaps, bridge, lost_samples
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
@@ -49,6 +50,7 @@ class FusionState:
     heading: (joints, 2), heading offsets that are removed from the children.
     origin: orientations at the alignment, (n, 4).
     plausible: check for angles that no joint can have.
+    gaps: rotation through gaps in the samples.
     ticks: number of the next tick.
     aligned: whether `heading` and `origin` are known.
     announced: whether the alignment has been reported.
@@ -60,6 +62,7 @@ class FusionState:
     heading: Array
     origin: Array
     plausible: ImplausibleAngles
+    gaps: Gaps
     ticks: int = 0
     aligned: bool = False
     announced: bool = False
@@ -78,8 +81,8 @@ class VqfTracker:
 
     Until `align_s` the outputs `angles` are the initial pose, reported as "aligning"; then the relative
     headings are set so that they agree with it. A lost sample (or frozen, or held for too long:
-    `estimators.arrivals`) does not update its sensor's filter, a clipped or repeated one does; each
-    is reported.
+    `estimators.arrivals`) leaves its sensor to the rates around the gap (`estimators.gaps`), a clipped one is
+    used as read; each is reported.
 
     Attributes
     ----------
@@ -258,7 +261,8 @@ def _start(
                        arrivals=Arrivals(sensors, limits, clock.period_s),
                        pairs=joints, heading=no_offsets(len(joints)),
                        origin=np.tile([1.0, 0.0, 0.0, 0.0], (sensors, 1)),
-                       plausible=of_unknown_joints(_joint_names(tracker._stated, joints)))
+                       plausible=of_unknown_joints(_joint_names(tracker._stated, joints)),
+                       gaps=Gaps.none(sensors))
 
 
 def _joint_names(stated: Sensors | None, joints: NDArray[np.int64]) -> tuple[str, ...]:
@@ -273,17 +277,21 @@ def _fuse(state: FusionState, inputs: Sequence[Sample], tick: Tick) -> bool:
 
     A filter counts time in samples: ticks that were skipped while the block was busy repeat the sample.
     """
-    state.arrivals.note(inputs, tick)
-    gyr: Any = inputs[0].value
+    ticks, state.ticks = tick.index + 1 - state.ticks, tick.index + 1
+    arrivals = state.arrivals
+    elapsed = arrivals.note(inputs, tick)
+    gap = bridge(arrivals.samples[0], arrivals.codes[0], ticks * arrivals.period_s, elapsed[0],
+                 arrivals.period_s, 0.0, state.gaps)
+    gyr = state.gaps.rates
     acc: Any = inputs[1].value
     mag: Any = inputs[2].value if len(inputs) > 2 else None
-    for _ in range(tick.index + 1 - state.ticks):
-        if state.arrivals.sound:
+    for _ in range(ticks):
+        if arrivals.sound and not gap:
             state.bank.update(gyr, acc, mag)
         else:
-            state.bank.update_only(state.arrivals.usable(), gyr, acc, mag)
-    state.ticks = tick.index + 1
-    return state.arrivals.sound
+            lost = lost_samples(arrivals.codes, elapsed[0] == 0.0, state.gaps)
+            state.bank.update_sound(gyr, acc, mag, lost)
+    return arrivals.sound
 
 
 def _align(state: FusionState, orientation: Array, flexion: Array | None) -> None:

@@ -91,8 +91,9 @@ class KortierTracker:
     those of chain5 (`fesloop.streams.formats.published`), whose lengths are unknown: the tracker then has no
     fingertip outputs.
 
-    A lost rate (or frozen, or held for too long: `estimators.arrivals`) is replaced by the last one,
-    a clipped rate is used as read, both with a larger uncertainty. A joint is reported as "untracked" when
+    Through lost rates (or frozen ones, or ones held for too long: `estimators.arrivals`) segments turn as the
+    rates around the gap tell (`estimators.gaps`), a clipped rate is used as read, both with a larger
+    uncertainty. A joint is reported as "untracked" when
     one of its segments has no sensor or its gyroscope has given no sample for `gap_ms` (such as a strip that
     was left off), and as "tracked" when both are back. The angles of an untracked joint are 0, their sd pi.
 
@@ -136,7 +137,9 @@ class KortierTracker:
         below which the hand is still, rad/s, m/s^2; still_sd: sd of its velocity then, m/s (chosen). The
         peak of a straight reach may count as still; with a still_acc of .1 it does not, but needs sensors as
         quiet as the paper's.
-    lost_rate_deg_s, clipped_rate_deg_s: sd of a missing rate, and of a clipped one (chosen).
+    lost_rate_deg_s: rms rate of a segment about each axis while samples are missing (chosen: a finger in
+        motion). A joint is unknown once that rate would have turned it by pi.
+    clipped_rate_deg_s: sd of a clipped rate (chosen).
     gap_ms: silence of a gyroscope after which its joints are untracked (chosen: ten samples at 100 Hz).
     gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
     """
@@ -273,7 +276,7 @@ class KortierTracker:
         offset_sd = math.hypot(math.sqrt(2.0) * radians(self.mounting_sd_deg), radians(self.axis_sd_deg))
         gates = Gates(self.acc_difference, 1e-6 * self.mag_difference_ut, self.rate_limit,
                       radians(self.constraint_sd_deg), offset_sd, self.error_time_s, self.bias_walk,
-                      1e-3 * self.gap_ms)
+                      1e-3 * self.gap_ms, math.pi / trust.lost_sd)
         own = HandGates(self.motion_sd, self.still_rate, self.still_acc, self.still_sd, _UNKNOWN,
                         radians(self.angle_sd_deg), radians(self.bias_sd_deg_s))
         heading = radians(self.heading_sd_deg) ** 2 if self.magnetometers else 0.0

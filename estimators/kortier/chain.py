@@ -157,7 +157,8 @@ class Gates(NamedTuple):
         time, s.
     offset_sd: sd of the constant part of a forbidden angle, rad.
     walk: random walk of a bias, rad/s after a second.
-    gap_s: time without a sound gyroscope sample after which a segment is unseen.
+    gap_s, unknown_s: time without a sound gyroscope sample after which a segment is unseen, and after which
+        its joints are unknown.
     """
 
     acc_difference: float
@@ -168,6 +169,7 @@ class Gates(NamedTuple):
     error_time_s: float
     walk: float
     gap_s: float
+    unknown_s: float
 
 
 class Filters(NamedTuple):
@@ -263,30 +265,25 @@ def track_chains(
 
 @compiled
 def _look(chain: Chain, moment: Moment, gates: Gates, begun: Any) -> bool:
-    """Update the mask of seen joints, stop unseen segments, and return whether the mask changed."""
+    """Update the mask of seen joints, and return whether it changed."""
     changed = False
-    for k in range(chain.sensors.size):
-        gone = moment.missing[chain.sensors[k]] > gates.gap_s
-        if gone:
-            chain.rates[k] = chain.bias[k]
-            chain.gyr_variance[k] = 0.0
-        if k > 0:
-            seen = not gone and moment.missing[chain.sensors[k - 1]] <= gates.gap_s
-            changed |= seen != chain.seen[k - 1]
-            chain.seen[k - 1] = seen
-            begun[k - 1] |= seen
+    silent = moment.gaps.silent
+    for k in range(chain.seen.size):
+        seen = max(silent[chain.sensors[k], 0], silent[chain.sensors[k + 1], 0]) <= gates.gap_s
+        changed |= seen != chain.seen[k]
+        chain.seen[k] = seen
+        begun[k] |= seen
     return changed
 
 
 @compiled
 def _track(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work) -> None:
     if elapsed[0] > 0.0:
-        kept = chain.q.copy()
         predict(chain.q, chain.bias, chain.covariance, chain.rates, chain.gyr_variance,
                 gates.walk ** 2 * elapsed[0], elapsed[0], work)
+        silent = moment.gaps.silent
         for k in range(chain.seen.size):
-            if not chain.seen[k]:
-                chain.q[k] = kept[k]
+            if max(silent[chain.sensors[k], 0], silent[chain.sensors[k + 1], 0]) > gates.unknown_s:
                 _forget(chain.covariance, 3 * k)
     if elapsed[1] > 0.0 or elapsed[2] > 0.0:
         fill_rotations(chain.q, work)

@@ -1,7 +1,7 @@
 """Samples of a Kortier tracker and the variances of their errors.
 
-`estimators.arrivals` finds samples that are new, lost or clipped. A sensor without a sound gyroscope
-sample keeps its last rate with a larger uncertainty; after a gap its joints are unseen.
+`estimators.arrivals` finds samples that are new, lost or clipped. The rates of a sensor without a sound
+gyroscope sample are those of `estimators.gaps`, with their uncertainty; after a while its joints are unseen.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.arrivals import CLIPPED, LOST
+from estimators.arrivals import CLIPPED
+from estimators.gaps import Gaps, bridge
 from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -30,7 +31,8 @@ class Trust(NamedTuple):
     Attributes
     ----------
     gyr_sd, acc_sd, mag_sd: sds of sound samples, rad/s, m/s^2, T.
-    lost_sd, clipped_sd: sds of a rate whose sample is missing or clipped, rad/s.
+    lost_sd: rms rate of a segment while samples are missing, rad/s.
+    clipped_sd: sd of a clipped rate, rad/s.
     lever_m: lever arm by which rotation causes acceleration that neighbours do not share.
     error_time_s: correlation time of errors other than sensor noise.
     """
@@ -49,31 +51,30 @@ class Moment(NamedTuple):
 
     Attributes
     ----------
-    rates: (n, 3), mean over the step; gyr_variance: (n,), its variance. newest: (n, 3), last sound rate.
+    rates: (n, 3), mean over the step; gyr_variance: (n,), its variance.
     steady: (n, 3), accelerations smoothed in a frame that does not rotate; 0 before the first sample, and
         after a gyroscope has been missing for longer than the smoothing time.
     acc, mag: (n, 3); acc_variance, mag_variance: (n,), infinite where the sample must not be used.
-    missing: (n,), time since the last sound gyroscope sample, s; infinite before the first.
+    gaps: rotation through gaps in the rates.
     """
 
     rates: Array
     gyr_variance: Array
-    newest: Array
     steady: Array
     acc: Array
     acc_variance: Array
     mag: Array
     mag_variance: Array
-    missing: Array
+    gaps: Gaps
 
 
 def no_moment(sensors: int) -> Moment:
     """Create the moment before the first sample."""
     return Moment(
-        rates=np.zeros((sensors, 3)), gyr_variance=np.full(sensors, np.inf), newest=np.zeros((sensors, 3)),
+        rates=np.zeros((sensors, 3)), gyr_variance=np.full(sensors, np.inf),
         steady=np.zeros((sensors, 3)), acc=np.zeros((sensors, 3)), acc_variance=np.full(sensors, np.inf),
         mag=np.zeros((sensors, 3)), mag_variance=np.full(sensors, np.inf),
-        missing=np.full(sensors, np.inf))
+        gaps=Gaps.none(sensors))
 
 
 @compiled
@@ -88,45 +89,38 @@ def take(
 ) -> None:
     """Update a moment with the samples of a tick.
 
-    A rate is the mean of a sample and the one before it. An accelerometer's variance grows by the
-    acceleration that rate and change of rate cause at `lever_m`. The paper uses the rate alone (eq. 28),
-    which vanishes where a finger reverses.
+    A rate is the mean of a sample and the one before it, or what a gap leaves of both. An accelerometer's
+    variance grows by the acceleration that rate and change of rate cause at `lever_m`. The paper uses the
+    rate alone (eq. 28), which vanishes where a finger reverses.
 
     Parameters
     ----------
     samples: (3, n, 3), rad/s, m/s^2, T, and codes: (3, n), as in Arrivals.
     elapsed: as Arrivals.note returns it.
-    period: of the gyroscopes, s; the excess of a longer step is a gap with unknown rate.
+    period: of the gyroscopes, s; a longer step is a gap.
     """
-    dt = elapsed[0]
-    gyr, acc, mag = samples[0], samples[1], samples[2]
-    for s in range(gyr.shape[0]):
-        lost = codes[0, s] & LOST
+    dt, gaps = elapsed[0], moment.gaps
+    acc, mag = samples[1], samples[2]
+    if dt > 0.0:
+        bridge(samples[0], codes[0], dt, dt, period, trust.lost_sd, gaps)
+    for s in range(acc.shape[0]):
         speed, change = 0.0, 0.0
         if dt > 0.0:
             for i in range(3):
-                if lost:
-                    moment.rates[s, i] = moment.newest[s, i]
-                    continue
-                before = moment.newest[s, i] if moment.missing[s] < math.inf else gyr[s, i]
-                moment.rates[s, i] = 0.5 * (before + gyr[s, i])
-                change += (gyr[s, i] - before) ** 2 / (dt * dt)
-                moment.newest[s, i] = gyr[s, i]
-            gap = max(0.0, dt - 1.5 * period) / dt
+                moment.rates[s, i] = gaps.means[s, i]
+                change += (2.0 * (gaps.last[s, i] - gaps.means[s, i]) / dt) ** 2
             clipped = trust.clipped_sd if codes[0, s] & CLIPPED else 0.0
-            unsure = trust.lost_sd if lost else gap * trust.lost_sd
-            moment.gyr_variance[s] = trust.gyr_sd ** 2 + clipped ** 2 + unsure ** 2
-            moment.missing[s] = moment.missing[s] + dt if lost else 0.0
+            moment.gyr_variance[s] = trust.gyr_sd ** 2 + clipped ** 2 + gaps.spread[s] / dt
             x, y, z = moment.steady[s, 0], moment.steady[s, 1], moment.steady[s, 2]
             a, b, c = dt * moment.rates[s, 0], dt * moment.rates[s, 1], dt * moment.rates[s, 2]
             moment.steady[s, 0] = x - (b * z - c * y)
             moment.steady[s, 1] = y - (c * x - a * z)
             moment.steady[s, 2] = z - (a * y - b * x)
             length = abs(moment.steady[s, 0]) + abs(moment.steady[s, 1]) + abs(moment.steady[s, 2])
-            if moment.missing[s] > _SMOOTHING_S or not length < _LONGEST:
+            if gaps.silent[s, 0] > _SMOOTHING_S or not length < _LONGEST:
                 moment.steady[s] = 0.0  # its rotation is unknown: restart with the next sample
         for i in range(3):
-            speed += moment.newest[s, i] ** 2
+            speed += gaps.last[s, i] ** 2
         moment.acc_variance[s] = math.inf
         if elapsed[1] > 0.0 and codes[1, s] == 0:
             begun = moment.steady[s, 0] != 0.0 or moment.steady[s, 1] != 0.0 or moment.steady[s, 2] != 0.0

@@ -29,13 +29,14 @@ from fesloop.loop.block import Tick
 
 @compiled
 def put_angles(
-    chains: Chains, filters: Filters, wrong: Misalignment, orientation: Any, heading: float, angles: Any,
-    sds: Any
+    chains: Chains, filters: Filters, wrong: Misalignment, orientation: Any, heading: float, pending: Any,
+    angles: Any, sds: Any
 ) -> None:
     """Fill angles and sds (freedoms,), rad, with 0 and pi for joints that are not seen.
 
-    To the filters' covariance come the variances of what they do not estimate: misalignment, and a `heading`,
-    rad^2, about the vertical, of joints that are no hinges; orientation (n, 4), sensors to earth.
+    To the filters' covariance come the variances of what they do not estimate: misalignment, a `heading`,
+    rad^2, about the vertical, of joints that are no hinges, and `pending` (n,), rad^2, of sensors in gaps;
+    orientation (n, 4), sensors to earth.
 
     With R = R_f(f) R_a(a) R_p(p) about the joint's axes, dth = R'f df + R_p'a da + p dp, which is solved
     for the angles' errors; f, a, p take the places of z, x, y.
@@ -58,6 +59,9 @@ def put_angles(
             at, segment = 3 * (k - chains.first[chain]), chains.segments[k]
             whole[:] = covariance[at:at + 3, at:at + 3]
             add_misalignment(filters.q[k], wrong.pair[segment], wrong.growing[segment], whole)
+            missed = pending[chains.sensors[k + chain]] + pending[chains.sensors[k + chain + 1]]
+            for i in range(3):
+                whole[i, i] += missed
             if chains.freedoms[k] > 1:
                 o = orientation[chains.sensors[k + chain + 1]]
                 up = turned(conjugate((o[0], o[1], o[2], o[3])), 0.0, 0.0, 1.0)
@@ -287,8 +291,8 @@ def track(
     joints = track_chains(worn.chains, filters, moment, elapsed, gates)
     relative = np.empty((worn.layout.shape[0], 4))
     put_orientations(worn.layout, worn.sensors, worn.chains, filters, hands.q, relative, posture.orientation)
-    put_angles(worn.chains, filters, worn.wrong, posture.orientation, heading, posture.angles[0],
-               posture.angles[1])
+    put_angles(worn.chains, filters, worn.wrong, posture.orientation, heading, moment.gaps.pending,
+               posture.angles[0], posture.angles[1])
     put_fingertips(worn.layout, worn.geometry, worn.tips, worn.sensors, worn.chains, filters, worn.wrong,
                    heading, _vertical(worn, posture.orientation), relative,
                    posture.fingertips[0], posture.fingertips[1])

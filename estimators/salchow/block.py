@@ -22,9 +22,10 @@ assumed independent. Forbidden
 angles of a joint are assumed to be exactly zero, and a clipped angle keeps its sd. The model does not include
 wrong lengths, soft tissue in motion and a disturbed magnetic field.
 
-A sensor whose rate is lost keeps its orientation, and its sd grows by `untracked_deg_s` times the gap; its
-inclination recovers, and with a magnetometer its heading. A lost acceleration or field gives no correction.
-Clipped samples are used; what a clipped rate has missed adds to the sd. All of these are reported.
+A sensor whose rate is lost turns as the rates around the gap tell (`estimators.gaps`, with `untracked_deg_s`
+for their spread), and its sd grows; its inclination recovers, and with a magnetometer its heading. A lost
+acceleration or field gives no correction. Clipped samples are used; what a clipped rate has missed adds to
+the sd. All of these are reported.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.arrivals import LOST, Arrivals, Overrun
+from estimators.arrivals import CLIPPED, LOST, Arrivals, Overrun
 from estimators.body.body import (
     UNSEEN_SD,
     Body,
@@ -49,6 +49,7 @@ from estimators.calibration.pose_evidence import (
     taken,
 )
 from estimators.fusion.front_end import FrontEnd, FrontEndName, front_end_of, require_front_end
+from estimators.gaps import Gaps, bridge, lost_samples
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.kinematics import segment_poses
@@ -191,7 +192,7 @@ class SalchowState:
     bank: the filters.
     arrivals: ages and faults of the samples.
     period_s: of the ticks. forget: (2,), fraction of a gap's variances that remains after a sample.
-    silent_s: (n,), time since the last rate. gaps: (n, 2), variances due to gaps, rad^2.
+    gaps: rotation through gaps in the samples. missed: (n, 2), variances due to bad samples, rad^2.
     record: statistics of the initial pose so far. pose_ticks: number of its ticks so far.
     known: (n, 4), segments to the root in the known pose. ties: relative orientations of all sensors in it.
     headings: (n, 2), cosine and sine of half the heading correction of each sensor.
@@ -214,8 +215,8 @@ class SalchowState:
     arrivals: Arrivals
     period_s: float
     forget: Array
-    silent_s: Array
-    gaps: Array
+    gaps: Gaps
+    missed: Array
     record: PoseRecord
     known: Array
     ties: Ties
@@ -248,7 +249,7 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
     return SalchowState(
         method=method, bank=_new_bank(n, period, method), arrivals=Arrivals(n, method.limits, period),
         period_s=period,
-        forget=np.exp(-2.0 * period / fading), silent_s=np.full(n, np.inf), gaps=np.zeros((n, 2)),
+        forget=np.exp(-2.0 * period / fading), gaps=Gaps.none(n), missed=np.zeros((n, 2)),
         record=new_record(n), known=segment_poses(body.tree, angles).orientation[body.sensed],
         ties=ties_of(body, angles, np.ones(n, dtype=np.bool_)),
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
@@ -292,44 +293,42 @@ it has estimated one, doi 10.1016/j.inffus.2022.10.014)."""
 
 
 @compiled
-def follow_gaps(
-    codes: NDArray[np.uint8], elapsed_s: float, rate_sd: float, excess_sd: float, forget: Array,
-    silent_s: Array, gaps: Array
-) -> bool:
-    """Advance `silent_s` (n,) and `gaps` (n, 2) by a tick; return whether a sample is lost.
+def widen(
+    codes: NDArray[np.uint8], elapsed_s: float, excess_sd: float, forget: Array, gaps: Gaps, missed: Array
+) -> None:
+    """Advance by a step `missed` (n, 2), variances of inclination and heading due to bad samples, rad^2.
 
     Parameters
     ----------
     codes: (3, n), LOST and CLIPPED of gyr, acc and mag.
-    elapsed_s: time since the previous tick.
-    rate_sd, excess_sd: sds of the rate of a segment whose samples are missing, and of the rate in excess of a
-        clipped one, rad/s.
-    forget: (2,), fraction of the variances that remains after a tick with sound samples.
-    silent_s: time since the last rate, infinite before the first.
+    elapsed_s: duration of the step.
+    excess_sd: sd of a rate in excess of a clipped one, rad/s.
+    forget: (2,), fraction of the variances that remains after a step with sound samples.
+    gaps: of this step.
     """
-    lost = False
     for s in range(codes.shape[1]):
-        lost |= ((codes[0, s] | codes[1, s] | codes[2, s]) & LOST) != 0
-        silent_s[s] = silent_s[s] + elapsed_s if codes[0, s] & LOST else 0.0
-        if codes[0, s]:
-            unknown = rate_sd if codes[0, s] & LOST else excess_sd
-            for i in range(2):
+        turning = gaps.spread[s] > 0.0 or gaps.pending[s] > 0.0
+        for i in range(2):
+            if codes[0, s] & CLIPPED:
                 # The unknown rate is constant: the sd grows with time, not with its square root.
-                gaps[s, i] = min((math.sqrt(gaps[s, i]) + unknown * elapsed_s) ** 2, UNSEEN_SD ** 2)
-        else:
-            for i in range(2):
-                if codes[1 + i, s] & LOST:
-                    gaps[s, i] = min((math.sqrt(gaps[s, i]) + _UNCORRECTED * elapsed_s) ** 2, UNSEEN_SD ** 2)
-                else:
-                    gaps[s, i] *= forget[i]
-    return lost
+                missed[s, i] = (math.sqrt(missed[s, i]) + excess_sd * elapsed_s) ** 2
+            elif turning:
+                missed[s, i] += gaps.spread[s] * elapsed_s
+            elif codes[1 + i, s] & LOST:
+                missed[s, i] = (math.sqrt(missed[s, i]) + _UNCORRECTED * elapsed_s) ** 2
+            else:
+                missed[s, i] *= forget[i]
+            missed[s, i] = min(missed[s, i], UNSEEN_SD ** 2)
 
 
 @compiled
 def find_seen(
-    layout: Numbers, sensors: Numbers, silent_s: Array, posed: Flags, gap_s: float, seen: Flags
+    layout: Numbers, sensors: Numbers, silent: Array, posed: Flags, gap_s: float, seen: Flags
 ) -> bool:
-    """Update `seen` (m,), joints with two sensors that are sound and `posed`; return whether any changed."""
+    """Update `seen` (m,), joints with two sensors that are sound and `posed`; return whether any changed.
+
+    `silent` (n, 2), s, as in Gaps.
+    """
     changed = False
     for k in range(sensors.size):
         now = layout[k, 0] >= 0
@@ -337,7 +336,7 @@ def find_seen(
             a, b = sensors[layout[k, 0]], sensors[k]
             now = a >= 0 and b >= 0
             if now:
-                now = posed[a] and posed[b] and silent_s[a] <= gap_s and silent_s[b] <= gap_s
+                now = posed[a] and posed[b] and silent[a, 0] <= gap_s and silent[b, 0] <= gap_s
         changed |= seen[k] != now
         seen[k] = now
     return changed
@@ -450,7 +449,7 @@ def spread_joint(
 def posture(
     layout: Numbers, geometry: Array, ranges: Array, sensors: Numbers, counted: Flags, tips: Numbers,
     fused: Array, headings: Array, seen: Flags, constrained: bool, wrong: Misalignment, tilt: float,
-    heading: float, gaps: Array, orientation: Array, angles: Array, sd: Array, fingertips: Array,
+    heading: float, missed: Array, orientation: Array, angles: Array, sd: Array, fingertips: Array,
     fingertip_sd: Array
 ) -> None:
     """Fill the output arrays of a tracker.
@@ -463,7 +462,7 @@ def posture(
     wrong: misalignment of sensors and joints.
     tilt, heading: further variances of a segment's orientation relative to its parent's, rad^2, about any
         axis and about the vertical.
-    gaps: (n, 2), further variances of each sensor's inclination and heading, rad^2.
+    missed: (n, 2), further variances of each sensor's inclination and heading, rad^2.
     orientation: (n, 4), segment to earth; angles, sd: (d,), rad; fingertips, fingertip_sd: (t, 3), m.
     """
     count = layout.shape[0]
@@ -498,11 +497,11 @@ def posture(
         for i in range(4):
             relative[k, i] = measured[i]
         upright = turned(conjugate(_unit(own[child])), 0.0, 0.0, 1.0)
-        about_vertical = heading + gaps[above, 1] + gaps[child, 1]
+        about_vertical = heading + missed[above, 1] + missed[child, 1]
         for i in range(3):
             for j in range(3):
                 error[i, j] = about_vertical * upright[i] * upright[j]
-            error[i, i] += tilt + gaps[above, 0] + gaps[child, 0]
+            error[i, i] += tilt + missed[above, 0] + missed[child, 0]
         add_misalignment(relative[k], wrong.pair[k], wrong.growing[k], error)
         spread_joint(joint_turns(axes, q), freedoms, error, constrained, first, sd, covariance[k])
     chain_up(layout, relative, to_root)
@@ -518,9 +517,9 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
     method = state.method
     ticks = tick.index + 1 - state.ticks
     state.ticks = tick.index + 1
-    gyr_s, acc_s, mag_s = state.arrivals.note(inputs, tick)
-    fresh = (gyr_s > 0.0, acc_s > 0.0, mag_s > 0.0)
-    _fuse(state, method, inputs, fresh, ticks, tick)
+    elapsed = state.arrivals.note(inputs, tick)
+    fresh = (elapsed[0] > 0.0, elapsed[1] > 0.0, elapsed[2] > 0.0)
+    _fuse(state, method, inputs, elapsed, ticks, tick)
     fused = state.bank.orientation()
     if method.pose is not None and state.aligned_ns is None:
         if not _take_pose(state, body, method, method.pose, inputs, fresh, tick):
@@ -534,27 +533,26 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
 
 
 def _fuse(
-    state: SalchowState, method: Method, inputs: Sequence[Sample], fresh: tuple[bool, bool, bool], ticks: int,
-    tick: Tick
+    state: SalchowState, method: Method, inputs: Sequence[Sample], fresh: tuple[float, float, float],
+    ticks: int, tick: Tick
 ) -> None:
-    """Update the filters, which count time in samples: ticks skipped while busy repeat the samples."""
-    _, new_acc, new_mag = fresh
-    gyr: Any = inputs[0].value
-    acc: Any = inputs[1].value if new_acc else None
-    mag: Any = inputs[2].value if new_mag else None
-    codes = state.arrivals.codes
-    lost = follow_gaps(codes, ticks * state.period_s, method.unseen_rate, method.clipped_rate, state.forget,
-                       state.silent_s, state.gaps)
+    """Update the filters, which count time in samples: ticks skipped while busy repeat the samples.
+
+    `fresh`: as `Arrivals.note` returns it.
+    """
+    acc: Any = inputs[1].value if fresh[1] > 0.0 else None
+    mag: Any = inputs[2].value if fresh[2] > 0.0 else None
+    arrivals, gaps, elapsed_s = state.arrivals, state.gaps, ticks * state.period_s
+    gap = bridge(arrivals.samples[0], arrivals.codes[0], elapsed_s, fresh[0], state.period_s,
+                 method.unseen_rate, gaps)
+    widen(arrivals.codes, elapsed_s, method.clipped_rate, state.forget, gaps, state.missed)
     if state.aligned_ns is not None:
-        state.overrun.note(codes, ticks * state.period_s, tick)
+        state.overrun.note(arrivals.codes, elapsed_s, tick)
     for _ in range(ticks):
-        if not lost:
-            state.bank.update(gyr, acc, mag)
-            continue
-        has_rate, has_acc, has_field = (codes & LOST) == 0
-        state.bank.update_only(has_rate & has_acc & has_field, gyr, acc, mag)
-        state.bank.update_only(has_rate & has_acc & ~has_field, gyr, acc, None)
-        state.bank.update_only(has_rate & ~has_acc, gyr, None, None)
+        if arrivals.sound and not gap:
+            state.bank.update(gaps.rates, acc, mag)
+        else:
+            state.bank.update_sound(gaps.rates, acc, mag, lost_samples(arrivals.codes, False, gaps))
 
 
 def _take_pose(
@@ -614,7 +612,7 @@ def _align(
     turn = 0.5 * headings(ties, state.bank.orientation())
     state.headings[:, 0], state.headings[:, 1] = np.cos(turn), np.sin(turn)
     state.posed, state.aligned_ns = rest.present, tick.time_ns
-    state.gaps[:] = 0.0
+    state.missed[:] = 0.0
     left_out = [sensor_name(body, int(s)) for s in np.flatnonzero(~rest.present)]
     tick.report("aligned", taken(body, angles, rest, pose.sd, left_out))
     return [], ""
@@ -634,9 +632,9 @@ def _watch(state: SalchowState, body: Body, method: Method, watch: ReleaseWatch,
     if elapsed_s == 0.0:
         watch.begin(rotations, tick.time_ns)
         return
-    gaps = state.gaps.sum(axis=1)
+    missed = (state.missed + state.gaps.pending[:, np.newaxis]).sum(axis=1)
     variance = (2.0 * math.radians(method.mounting_sd_deg)**2 + _heading_sd(method, elapsed_s)**2
-                + gaps[sensors] + gaps[sensors[tree.layout[:, 0]]])
+                + missed[sensors] + missed[sensors[tree.layout[:, 0]]])
     wrong = watch.note(rotations, variance, state.seen, tick.time_ns)
     if wrong:
         state.contradicted = True
@@ -647,7 +645,7 @@ def _posture(
     state: SalchowState, body: Body, method: Method, fused: Array, elapsed_s: float, tick: Tick
 ) -> Outputs:
     tree = body.tree
-    changed = find_seen(tree.layout, body.sensors, state.silent_s, state.posed, method.gap_s, state.seen)
+    changed = find_seen(tree.layout, body.sensors, state.gaps.silent, state.posed, method.gap_s, state.seen)
     if changed or state.unseen is None:
         _report_unseen(state, body, tick)
     if state.watch is not None and state.aligned_ns is not None \
@@ -658,13 +656,12 @@ def _posture(
     freedoms, tips = len(tree.ranges), len(body.tips)
     arrays = (np.empty((len(fused), 4)), np.empty(freedoms), np.empty(freedoms), np.empty((tips, 3)),
               np.empty((tips, 3)))
-    gaps = state.gaps
+    missed = state.missed + state.gaps.pending[:, np.newaxis]
     if state.watch is not None and state.contradicted:
-        gaps = gaps.copy()
-        gaps[:, 0] += state.watch.sizes[body.sensed] ** 2
+        missed[:, 0] += state.watch.sizes[body.sensed] ** 2
     posture(tree.layout, tree.geometry, tree.ranges, body.sensors, state.counted, body.tips, fused,
             state.headings, state.seen, method.constrained, state.wrong, tilt ** 2, heading ** 2,
-            gaps, *arrays)
+            missed, *arrays)
     if elapsed_s > 0.0:
         state.plausible.note(arrays[1], tick)
     return *arrays, aligned_value(not state.contradicted)

@@ -199,7 +199,7 @@ def test_joints_of_the_chain(recordings, sensor_set, hinge_bar, saddle_bar, chan
         assert np.mean(pairs) <= bar
 
 
-def test_lost_and_clipped_samples_stop_their_joints_and_cost_certainty():
+def test_lost_and_clipped_samples_cost_certainty():
     times = np.arange(600) / 50
     gyr, acc = Jointed(EACH, 2, SENSORS).samples(times)
     clean, _, _ = run_tracker(OF_EACH, gyr, acc, rate=50)

@@ -157,7 +157,8 @@ def test_the_covariance_of_what_is_not_measured_is_that_of_noise_drawn():
         bias += settings[BIAS_WALK] * np.sqrt(dt) * rng.normal(size=bias.shape)
         gyr = np.stack([gyr[1], bias + settings[TURN] / np.sqrt(dt) * rng.normal(size=bias.shape)])
         advance(q, rest, covariance, np.zeros(joints), np.zeros(joints), table.ends, table.kinds, table.axes,
-                table.zero, table.ranges, gyr, acc, seen, settings, k)
+                table.zero, table.ranges, gyr, acc, seen, 0.5 * (gyr[0] + gyr[1]), np.zeros(2 * joints),
+                np.zeros((2 * joints, 2)), settings, k)
     turn = quaternion.relative(q, true)
     parents = quaternion.rotate(quaternion.conjugate(true), bias[::2])
     error = np.concatenate([2.0 * np.sign(turn[:, :1]) * turn[:, 1:], bias[1::2] - parents], axis=1)

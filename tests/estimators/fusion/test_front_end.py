@@ -53,7 +53,7 @@ def test_begin_forgets_what_was_and_holds_the_bias(name, magnetometer):
     bank.begin(np.array([True, True, False]), bias, acc, mag if magnetometer else None, 300)
     np.testing.assert_array_equal(bank.orientation()[2], untouched)
     for _ in range(500):
-        bank.update_only(np.array([True, True, False]), bias, acc, mag if magnetometer else None)
+        bank.update_sound(bias, acc, mag if magnetometer else None, np.tile([False, False, True], (3, 1)))
     error = quaternion.multiply(bank.orientation(), quaternion.conjugate(true))[:2]
     assert np.degrees(quaternion.tilt_z(error)).max() < 0.05
     if magnetometer:

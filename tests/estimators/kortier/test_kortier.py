@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tracker_parts import RATE, planar_finger, run_tracker
 
+from estimators.gaps import turn_after
 from estimators.kortier import KortierTracker
 from estimators.kortier.samples import Trust, no_moment, take
 from estimators.kortier.tick import track
@@ -173,18 +174,15 @@ def test_short_losses_and_clipping_are_flagged_and_widen_the_uncertainty():
 @pytest.mark.slow
 @given(st.floats(0.1, 40.0), st.floats(0.002, 0.02), st.floats(0.1, 5.0))
 @settings(deadline=None, max_examples=50)
-def test_a_step_with_a_gap_is_believed_as_far_as_an_unknown_rate_can_have_turned_in_the_gap(
-    periods, period, lost_sd
-):
-    """The sd of the angle that a step adds is that of a rate unknown for what it lasts too long."""
+def test_a_step_with_a_gap_is_believed_as_far_as_a_rate_can_have_changed_in_the_gap(periods, period, lost_sd):
     trust = Trust(gyr_sd=0.01, acc_sd=0.1, mag_sd=1.0, lost_sd=lost_sd, clipped_sd=10.0, lever_m=0.0,
                   error_time_s=0.0)
     moment, sample, sound = no_moment(1), np.full((1, 3), 0.5), np.zeros((3, 1), np.uint8)
     for dt in (period, periods * period):
         take(np.stack([sample] * 3), sound, np.array([dt, dt, dt]), period, trust, moment)
-    angle_sd = np.sqrt(moment.gyr_variance[0] - trust.gyr_sd**2) * dt
-    assert angle_sd == pytest.approx(lost_sd * max(0.0, dt - 1.5 * period), abs=1e-9)
-    assert moment.rates[0].tolist() == [0.5] * 3
+    share, variance = turn_after(dt, lost_sd) if dt >= 1.5 * period else (0.5 * dt, 0.0)
+    assert (moment.gyr_variance[0] - trust.gyr_sd**2) * dt**2 == pytest.approx(variance, abs=1e-12)
+    np.testing.assert_allclose(dt * moment.rates[0], share)
 
 
 @pytest.mark.parametrize(("rate", "status"), [(1000.0, "clipped_sample"), (1e200, "lost_sample")])

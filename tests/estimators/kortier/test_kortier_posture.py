@@ -49,7 +49,7 @@ def put_out(body, chains, filters, attitudes):
     relative, orientation = np.empty((n, 4)), np.empty((len(body.sensed), 4))
     put_orientations(body.tree.layout, body.sensors, chains, filters, attitudes, relative, orientation)
     exact = misalignment(body.tree, 0.0, 0.0)
-    put_angles(chains, filters, exact, orientation, 0.0, *angles)
+    put_angles(chains, filters, exact, orientation, 0.0, np.zeros(n), *angles)
     put_fingertips(body.tree.layout, body.tree.geometry, body.tips, body.sensors, chains, filters, exact, 0.0,
                    (0.0, 0.0, 1.0), relative, *tip)
     return (*angles, orientation, relative, *tip)

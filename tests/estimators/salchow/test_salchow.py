@@ -242,7 +242,8 @@ def test_a_long_gap_makes_joints_unseen_and_leaves_its_doubt():
     sd = outputs["angle_sd"][:, number]
     assert (sd[512:550] == UNSEEN_SD).all()
     assert (sd[:505] < 0.2).all()
-    assert sd[551] > np.radians(40.0)
+    assert sd[551] > np.radians(25.0)
+    assert abs(outputs["angles"] - motion.angles)[551, number] < 2.0 * sd[551]
     with_field, _, _ = run(with_pose(SalchowM1, sensors=17), motion, **spoilt)
     assert np.abs(with_field["angles"] - motion.angles)[-1, number] < 0.2
     assert with_field["angle_sd"][-1, number] < with_field["angle_sd"][551, number]
@@ -337,8 +338,8 @@ def test_ticks_skipped_while_busy_are_made_good():
         tick.index, tick.time_ns = k, k * 10_000_000
         samples = [sample(rows, tick.time_ns) for rows in (rate, up, np.zeros((2, 3)))]
         orientation = tracker.step(state, samples, tick)[0]
-    # Without a field nothing corrects the heading.
-    assert quaternion.rotation_angle(quaternion.relative(*orientation)) == pytest.approx(0.1, abs=1e-9)
+    # Without a field nothing corrects the heading; rates between samples tend to zero a little.
+    assert quaternion.rotation_angle(quaternion.relative(*orientation)) == pytest.approx(0.1, rel=2e-3)
 
 
 def test_sizes_come_from_the_wire():

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from estimators.arrivals import CLIPPED, LOST
 from estimators.body.body import UNSEEN_SD, body_of
 from estimators.body.misalignment import misalignment
-from estimators.salchow import fusion as salchow_kernels
-from estimators.salchow.fusion import find_seen, follow_gaps, in_joint, joint_turns, posture
+from estimators.gaps import Gaps
+from estimators.salchow.fusion import find_seen, in_joint, joint_turns, posture, widen
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import relative_orientations
@@ -205,32 +205,27 @@ def test_turns_are_how_a_small_change_of_each_angle_moves_the_child(seed):
     np.testing.assert_allclose(joint_turns(axes, in_joint(axes, measured)), moved, atol=1e-7)
 
 
-def test_gaps_grow_with_the_time_and_fade_with_samples():
+def test_what_bad_samples_cost_grows_with_the_time_and_fades_with_samples():
     codes = np.zeros((3, 2), dtype=np.uint8)
-    silent, gaps, forget = np.full(2, np.inf), np.zeros((2, 2)), np.array([0.5, 1.0])
-    assert not follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
-    assert silent.tolist() == [0.0, 0.0]
-    codes[0, 1] = LOST
+    gaps, missed, forget = Gaps.none(2), np.zeros((2, 2)), np.array([0.5, 1.0])
+    gaps.spread[1], gaps.pending[1], codes[0, 1] = 0.2, 0.1, LOST
     for _ in range(10):
-        assert follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
-    np.testing.assert_allclose(np.sqrt(gaps), [[0.0, 0.0], [0.2, 0.2]])
-    np.testing.assert_allclose(silent, [0.0, 0.1])
-    codes[:] = 0
-    follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
-    np.testing.assert_allclose(gaps[1], [0.02, 0.04])
-    codes[0, 1], gaps[:] = CLIPPED, 0.0
-    follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
-    np.testing.assert_allclose(np.sqrt(gaps), [[0.0, 0.0], [0.03, 0.03]])
-    assert silent[1] == 0.0
-    codes[0, 0] = LOST
+        widen(codes, 0.01, 3.0, forget, gaps, missed)
+    np.testing.assert_allclose(missed, [[0.0, 0.0], [0.02, 0.02]])
+    gaps.spread[1], gaps.pending[1], codes[:] = 0.0, 0.0, 0
+    widen(codes, 0.01, 3.0, forget, gaps, missed)
+    np.testing.assert_allclose(missed[1], [0.01, 0.02])
+    codes[0, 1], missed[:] = CLIPPED, 0.0
+    widen(codes, 0.01, 3.0, forget, gaps, missed)
+    np.testing.assert_allclose(np.sqrt(missed), [[0.0, 0.0], [0.03, 0.03]])
     for _ in range(1000):
-        follow_gaps(codes, 0.01, 2.0, 3.0, forget, silent, gaps)
-    np.testing.assert_allclose(np.sqrt(gaps[0]), UNSEEN_SD)
+        widen(codes, 0.01, 3.0, forget, gaps, missed)
+    np.testing.assert_allclose(np.sqrt(missed[1]), UNSEEN_SD)
 
 
 def test_a_joint_is_seen_by_two_sound_posed_sensors():
     body = body_of(3, HandSize(), (), ("hand", "F2p", "F2d"))
-    silent, posed, seen = np.zeros(3), np.ones(3, dtype=np.bool_), np.zeros(17, dtype=np.bool_)
+    silent, posed, seen = np.zeros((3, 2)), np.ones(3, dtype=np.bool_), np.zeros(17, dtype=np.bool_)
     arguments = (body.tree.layout, body.sensors, silent, posed, 0.1, seen)
     assert find_seen(*arguments)
     assert not find_seen(*arguments)
@@ -250,9 +245,9 @@ def test_compiled_kernels_equal_plain_python():
                                postured(body, fused, constrained, kernel=posture.py_func), strict=True):
             np.testing.assert_allclose(ours, plain, atol=1e-12)
     results = []
-    for kernel in (salchow_kernels.follow_gaps, salchow_kernels.follow_gaps.py_func):
-        silent, gaps = np.zeros(2), np.full((2, 2), 0.1)
-        kernel(np.array([[0, LOST]] * 3, dtype=np.uint8), 0.01, 1.0, 2.0, np.array([0.9, 0.8]), silent,
-               gaps)
-        results.append(np.append(gaps, silent))
+    for kernel in (widen, widen.py_func):
+        missed, gaps = np.full((2, 2), 0.1), Gaps.none(2)
+        gaps.spread[1] = 0.3
+        kernel(np.array([[0, LOST]] * 3, dtype=np.uint8), 0.01, 2.0, np.array([0.9, 0.8]), gaps, missed)
+        results.append(missed)
     np.testing.assert_allclose(*results)
