@@ -40,7 +40,7 @@ member 4 of cohort 1, has less in the free run of two of three outputs."""
 FREE_RUN, HALF_SECOND, RECRUITMENT = "free_run", "half_second", "recruitment"
 """Kinds of fit that judge a model: by output on held-out data, and by channel."""
 _DAY = ", day "
-"""What comes before the day in a patient in words."""
+"""Separator of a patient's name and its day."""
 _SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
 _TABLE: Any = closed("PatientModel", {

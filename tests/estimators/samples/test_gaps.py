@@ -89,6 +89,17 @@ def test_sound_samples_pass_unchanged_and_nothing_spreads(seed):
     assert gaps.spread.max() == gaps.pending.max() == 0.0
 
 
+def test_samples_taken_for_a_whole_step_add_up_as_without_the_gap():
+    """Rates that rise evenly: such a filter is half a period ahead of the newest sample, after a gap too."""
+    gaps, codes = Gaps.none(1), np.zeros(1, dtype=np.uint8)
+    samples, total = 1.0 + np.arange(10.0), 0.0
+    for k, rate in enumerate(samples):
+        codes[:] = LOST if k in (4, 5) else 0
+        bridge(np.full((1, 3), rate), codes, PERIOD, PERIOD, PERIOD, SD, gaps)
+        total += gaps.rates[0, 0]
+    assert total == pytest.approx(samples.sum(), rel=0.005)
+
+
 @given(st.lists(st.integers(0, 3), min_size=20, max_size=60))
 @settings(deadline=None, max_examples=100)
 def test_late_samples_turn_as_far_as_those_in_time(ages):
