@@ -152,7 +152,8 @@ def test_the_cause_comes_with_its_instant(tmp_path):
     state.device.send([(0.02, 3e-4)])
     time.sleep(0.15)
     # On a busy machine the device may notice late.
-    with pytest.raises(RunError, match=r"command_timeout: no fresh command for 60 ms \(at 0\.(0[6-9]|1)\d+ s\)"):
+    told = r"command_timeout: no fresh command for 60 ms \(at 0\.(0[6-9]|1)\d+ s\)"
+    with pytest.raises(RunError, match=told):
         state.device.hear()
     device.close(state)
     device.close(state)
