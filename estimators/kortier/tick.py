@@ -137,13 +137,14 @@ def _store(row: Any, q: Components) -> None:
 @compiled
 def put_fingertips(
     layout: Any, geometry: Any, tips: Any, sensors: Any, chains: Chains, filters: Filters,
-    wrong: Misalignment, heading: float, up: Any, relative: Any, fingertips: Any, sds: Any
+    wrong: Misalignment, heading: float, pending: Any, up: Any, relative: Any, fingertips: Any, sds: Any
 ) -> None:
     """Fill fingertips and their sds (t, 3), m, in the root's frame.
 
     Errors of joints in one chain have the covariance of its filter, those in different chains are assumed
     independent. An unseen joint is taken as straight, with an sd of pi about each of its axes. The mounting
-    of the sensors and, for each joint that is no hinge, a heading error of this variance, rad^2, are added.
+    of the sensors and, for each joint that is no hinge, a heading error of this variance, rad^2, are added,
+    and `pending` (n,), rad^2, of sensors in gaps.
 
     Parameters
     ----------
@@ -173,6 +174,10 @@ def put_fingertips(
                 _add_unseen(levers[i], geometry[path[i]], layout[path[i], 1], sds[t])
             else:
                 _add_seen(levers, path, i, chains, filters, sds[t])
+                missed = pending[sensors[path[i]]] + pending[sensors[layout[path[i], 0]]]
+                for x in range(3):
+                    for a in range(3):
+                        sds[t, x] += missed * levers[i, x, a] ** 2
                 if chains.freedoms[joint] > 1:
                     _add_heading(orientations[path[i]], up, levers[i], heading, sds[t])
     add_to_tips(layout, geometry, orientations, positions, tips, sensors, wrong, sds)
@@ -294,7 +299,7 @@ def track(
     put_angles(worn.chains, filters, worn.wrong, posture.orientation, heading, moment.gaps.pending,
                posture.angles[0], posture.angles[1])
     put_fingertips(worn.layout, worn.geometry, worn.tips, worn.sensors, worn.chains, filters, worn.wrong,
-                   heading, _vertical(worn, posture.orientation), relative,
+                   heading, moment.gaps.pending, _vertical(worn, posture.orientation), relative,
                    posture.fingertips[0], posture.fingertips[1])
     return joints
 

@@ -42,16 +42,17 @@ def filters_at(body, angles, rng):
     return chains, filters
 
 
-def put_out(body, chains, filters, attitudes):
+def put_out(body, chains, filters, attitudes, pending=None):
     """angles, their sd, orientation, relative orientations, fingertips, their sd."""
     n, freedoms, tips = len(body.tree.segments), len(body.tree.ranges), len(body.tips)
     angles, tip = np.empty((2, freedoms)), np.empty((2, tips, 3))
     relative, orientation = np.empty((n, 4)), np.empty((len(body.sensed), 4))
     put_orientations(body.tree.layout, body.sensors, chains, filters, attitudes, relative, orientation)
     exact = misalignment(body.tree, 0.0, 0.0)
-    put_angles(chains, filters, exact, orientation, 0.0, np.zeros(n), *angles)
+    pending = np.zeros(n) if pending is None else pending
+    put_angles(chains, filters, exact, orientation, 0.0, pending, *angles)
     put_fingertips(body.tree.layout, body.tree.geometry, body.tips, body.sensors, chains, filters, exact, 0.0,
-                   (0.0, 0.0, 1.0), relative, *tip)
+                   pending, (0.0, 0.0, 1.0), relative, *tip)
     return (*angles, orientation, relative, *tip)
 
 
@@ -131,3 +132,18 @@ def test_joints_out_of_sight_stand_at_zero_and_err_by_pi():
     more = np.sum(tip_sds[1] ** 2 - with_dip[1] ** 2)
     assert np.sqrt(more) > 0.95 * np.pi * bone
     np.testing.assert_allclose(tip_sds[3], with_dip[3])
+
+
+def test_a_gap_adds_to_angles_and_fingertips_beyond_it_alone():
+    rng = np.random.default_rng(6)
+    body = body_of(16, SIZE, (), ())
+    chains, filters = filters_at(body, rng.uniform(-0.5, 0.5, 23), rng)
+    up = np.array([[1.0, 0.0, 0.0, 0.0]])
+    _, before, _, _, _, tips_before = put_out(body, chains, filters, up)
+    pending = np.zeros(len(body.tree.segments))
+    pending[body.sensors[body.tree.index("F2m")]] = 0.1
+    _, sds, _, _, _, tip_sds = put_out(body, chains, filters, up, pending)
+    of_gap = [name in ("F2_pip_flexion", "F2_dip_flexion") for name in body.tree.freedoms]
+    np.testing.assert_array_equal(sds > before, of_gap)
+    np.testing.assert_allclose((sds**2 - before**2)[of_gap], 0.1, rtol=0.2)
+    np.testing.assert_array_equal((tip_sds > tips_before).any(axis=1), [False, True, False, False, False])
