@@ -205,7 +205,7 @@ def pushing(block, rows):
 @pytest.mark.slow
 def test_a_posture_goes_out_and_comes_in_by_name_over_two_trials(name, tmp_path):
     rows = np.column_stack([np.linspace(0.0, 1.0, 500), np.linspace(2.0, 3.0, 500)])
-    document = live_experiment(name, 1.0).document()
+    document = live_experiment(name, 3.0).document()
     document["experiment"]["trials"] = 2
     document["blocks"]["sensors"] = {"kind": "lsl_inlet", "stream": name, "holds": "posture",
                                      "joints": ["pip", "mcp"]}
@@ -216,10 +216,10 @@ def test_a_posture_goes_out_and_comes_in_by_name_over_two_trials(name, tmp_path)
             signal = heard.signal("sensors.angles", trial)
             angles = np.asarray(signal.values)
             angles = angles[np.isfinite(angles[:, 0])]
-            assert len(angles) > 10  # of 100, on a busy machine
+            assert len(angles) > 10  # of 300, on a busy machine
             np.testing.assert_allclose(angles[:, 0] - angles[:, 1], 2.0)
             assert (np.diff(signal.oldest_ns) >= 0).all()
-            assert signal.oldest_ns[0] < 200_000_000
+            assert signal.oldest_ns[0] < 3_000_000_000  # since the trial began, not the first one
 
 
 def test_statuses_and_marks_leave_as_markers(name):
