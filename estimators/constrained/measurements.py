@@ -21,6 +21,12 @@ measurements of a joint); rad/s (beyond a clipped rate)."""
 _MEAN_TIME = 1.0
 """Time constant of a force's mean, s (chosen: longer than tremor and shorter than a posture)."""
 
+_SKEW = 2.5e-3
+"""Time by which two sensors feel one movement apart, s: clocks, filters and tissue (chosen)."""
+
+_USUAL = 1.345
+"""Sds up to which an innovation counts in full (Huber 1964, doi 10.1214/aoms/1177703732)."""
+
 
 @compiled
 def mean_of(samples: Any, i: int) -> Any:
@@ -36,7 +42,9 @@ def measure(
     """Update the error state `x` (N,) and its covariance with a scalar measurement of Jacobian row `h`.
 
     `x` holds the error estimated so far at this instant. The row is zero except in its first three columns
-    and those from `first` to before `last`. Returns minus twice the log-likelihood, up to a constant.
+    and those from `first` to before `last`. An innovation beyond `_USUAL` of its sds gets the variance under
+    which it is that many, so that its pull falls with its size. Returns minus twice the log-likelihood, up to a
+    constant.
     """
     # Loops over whole rows, which the compiler turns into vector instructions.
     for b in range(N):
@@ -51,6 +59,7 @@ def measure(
     for a in range(first, last):
         total += h[a] * gain[a]
         left -= h[a] * x[a]
+    total = max(total, (left / _USUAL) ** 2)
     scale = 1.0 / math.sqrt(total)
     for b in range(N):
         gain[b] *= scale
@@ -127,7 +136,9 @@ def shared_acceleration(
         m[0, k], m[1, k], m[2, k] = rotated(to_child, (m[0, k], m[1, k], m[2, k]))
     spin = dot(wp, wp) + dot(wc, wc) + math.sqrt(dot(dp, dp) + dot(dc, dc))
     # Samples closer together than the correlation time carry no more information than one of them.
-    variance = settings[FORCE] ** 2 + (settings[SPIN] * spin) ** 2
+    jolt_p, jolt_c = _change(acc, p, period), _change(acc, c, period)
+    jolt = dot(jolt_p, jolt_p) + dot(jolt_c, jolt_c)
+    variance = settings[FORCE] ** 2 + (settings[SPIN] * spin) ** 2 + _SKEW ** 2 * jolt
     variance *= max(1.0, settings[FORCE_TIME] / settings[SPACING])
     u = _lasting(s, v, wc, settings[SPACING], settings)
     n = levers[1]
