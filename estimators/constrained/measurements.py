@@ -43,8 +43,8 @@ def measure(
 
     `x` holds the error estimated so far at this instant. The row is zero except in its first three columns
     and those from `first` to before `last`. An innovation beyond `_USUAL` of its sds gets the variance under
-    which it is that many, so that its pull falls with its size. Returns minus twice the log-likelihood, up to a
-    constant.
+    which it is that many, so that its pull falls with its size. Returns minus twice the log-likelihood, up
+    to a constant.
     """
     # Loops over whole rows, which the compiler turns into vector instructions.
     for b in range(N):

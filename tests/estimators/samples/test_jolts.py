@@ -50,7 +50,7 @@ def test_an_innovation_pulls_by_little_more_than_its_usual_size(seed, size):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sensor_set", ["rigid", "nonrigid"])
-@pytest.mark.parametrize("joints, names", [((), HINGES), (SADDLES, SPANS)])
+@pytest.mark.parametrize(("joints", "names"), [((), HINGES), (SADDLES, SPANS)])
 def test_ten_knocks_change_nothing(sensor_set, joints, names, recordings):
     recording = open_recording(recordings / "chain5" / "trial1.npz", sensor_set)
 
