@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.body.joint_constraints import HINGE, SADDLE, JointTable
+from estimators.constrained.agreement import COLUMNS
 from estimators.constrained.measurements import N
 from estimators.constrained.vectors import components
 from fesloop.compiled import compiled
@@ -127,7 +128,7 @@ class Hypotheses:
     Attributes
     ----------
     q: (ANY, joints, 4), child to parent; NaN where there is no hypothesis.
-    rest: (ANY, joints, 17); covariance: (ANY, joints, 16, 16), as in `constrained.filter.advance`.
+    rest: (ANY, joints, COLUMNS); covariance: (ANY, joints, 16, 16), as in `constrained.filter.advance`.
     surprise: (ANY, joints), minus twice the log likelihood of all measurements since the beginning.
     doubt: (joints,), rad, rms distance of the hypotheses from the first one, weighted by likelihood.
     open: whether any joint has more than one.
@@ -143,7 +144,7 @@ class Hypotheses:
     @classmethod
     def none(cls, joints: int) -> Hypotheses:
         """Filters without any hypothesis."""
-        return cls(np.full((ANY, joints, 4), np.nan), np.zeros((ANY, joints, 17)),
+        return cls(np.full((ANY, joints, 4), np.nan), np.zeros((ANY, joints, COLUMNS)),
                    np.zeros((ANY, joints, N, N)), np.zeros((ANY, joints)), np.zeros(joints))
 
 

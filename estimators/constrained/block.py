@@ -33,6 +33,7 @@ from estimators.calibration.pose_evidence import (
     inclinations,
     taken,
 )
+from estimators.constrained.agreement import judge
 from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
 from estimators.constrained.posture import posture
@@ -92,6 +93,19 @@ def report(
         if names:
             tick.report(event, "joint " + ", ".join(names))
     status[:] = now
+
+
+def report_misfits(
+    before: NDArray[np.bool_], now: NDArray[np.bool_], table: JointTable, tick: Tick
+) -> None:
+    """Report joints that do not move as their kind does, and those that do again."""
+    for event, chosen, remedy in (
+            ("misfit", now & ~before, " not as their kind: check kind, axes and mounting, and that no joint "
+                                      "lies between the two sensors"),
+            ("fits", before & ~now, " as their kind again")):
+        if chosen.any():
+            names = ", ".join(table.names[j] for j in np.flatnonzero(chosen))
+            tick.report(event, f"joint {names}: sensors move{remedy}")
 
 
 Array = NDArray[np.float64]
@@ -293,6 +307,7 @@ class ConstrainedTracker:
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
             status=np.full(len(table.ends), SURE, dtype=np.int64),
+            misfit=np.zeros(len(table.ends), dtype=np.bool_), doubted=np.zeros(len(table.ends)),
             pose_acc=np.zeros((self.sensors, 3)), pose_counts=np.zeros(self.sensors), watch=watch,
             pose_samples=round(self.initial_pose_s / period),
             plausible=of_unknown_joints(()) if self.body is None else of_tree(self.body.tree))
@@ -311,7 +326,10 @@ class ConstrainedTracker:
         # Ticks that were skipped while the block was busy are processed with this sample.
         for _ in range(ticks):
             take(state, table, captured_s == 0.0, gap)
-        q, covariance, doubt = found.q[0], found.covariance[0], found.doubt
+        misfit = state.misfit.copy()
+        if judge(found.rest[0], found.doubt, math.radians(self.tissue_sd_deg), state.misfit, state.doubted):
+            report_misfits(misfit, state.misfit, table, tick)
+        q, covariance, doubt = found.q[0], found.covariance[0], state.doubted
         if gap:
             doubt = np.sqrt(doubt ** 2 + gaps.pending[ends].sum(axis=1))
         if state.contradicted and self.body is not None and state.watch is not None:

@@ -27,6 +27,7 @@ import numpy as np
 
 from estimators.arrivals import CLIPPED
 from estimators.arrivals import LOST as MISSING
+from estimators.constrained.agreement import TURNED, note, variances
 from estimators.constrained.measurements import (
     BIAS,
     BIAS_WALK,
@@ -121,8 +122,8 @@ def advance(
     ----------
     q: (joints, 4), updated; NaN for a joint that has not begun, which is skipped, and for one whose samples
         have been missing until it is unknown.
-    rest: (joints, 17), b, l_p, l_c, the force's mean in the child's frame, m/s^2, duration of clipped
-        rates, s, then d, c; updated.
+    rest: (joints, COLUMNS), b, l_p, l_c, the force's mean in the child's frame, m/s^2, duration of clipped
+        rates, s, then d, c, and from TURNED on as in `constrained.agreement`; updated.
     covariance: (joints, 16, 16), updated.
     surprise: (joints,), increased by minus twice the log likelihood of the measurements.
     doubt: (joints,), above 0 with several hypotheses.
@@ -148,10 +149,12 @@ def advance(
         else:
             x[:] = 0.0
             _turn(at, s, wp, wc, 0.5 * period)
+            before = variances(cov)
             if min(worst, seen[0, p], seen[0, c]) == SOUND:
                 surprise[j] += shared_acceleration(
                     at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
             surprise[j] += axes_agree(at, s, kinds[j], axes[j], zero[j], cov, settings, x, h, gain)
+            note(s, cov, x, before, wc, settings[SPACING])
             correct(at, s, x)
             surprise[j] += keep_in_range(
                 at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain, doubt[j] == 0.0)
@@ -161,10 +164,12 @@ def advance(
         _spread(cov, s, wc, period, turned * period, walked * period)
         if worst == EXCEEDED:
             # The excess of a clipped rate is constant: its sd grows with time, not with its square root.
-            before = s[12]
+            clipped = s[12]
             s[12] += period
             for i in range(3):
-                cov[i, i] += settings[EXCESS] ** 2 * (s[12] ** 2 - before ** 2)
+                cov[i, i] += settings[EXCESS] ** 2 * (s[12] ** 2 - clipped ** 2)
+            # It may also be a spike, and wrong by as much as itself: that is no misfit of the joint.
+            s[TURNED + 3] += period ** 2 * max(dot(wp, wp), dot(wc, wc))
         elif worst > EXCEEDED:
             s[12] = 0.0
         if max(silent[p, 0], silent[c, 0]) * settings[UNSEEN] > math.pi:

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from estimators.body.joint_constraints import BALL, SADDLE
+from estimators.constrained.agreement import note_axes
 from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by, unit
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply
@@ -162,6 +163,8 @@ def axes_agree(
 ) -> float:
     """Update the error state x with the axes of a hinge or saddle, tilted as estimated so far.
 
+    How far they are apart is noted in s.
+
     For a hinge, with e, f two directions perpendicular to its axis and Z the rotation at angle zero, both
     perpendicular components of (a + c_1 e + c_2 f) - R' (p + d_1 Z e + d_2 Z f) are zero. For a saddle, with
     perpendicular axes p, a and n = p x a, (a + c_1 p + c_2 n) . R' (p + d_1 a + d_2 n) = 0.
@@ -189,13 +192,18 @@ def axes_agree(
     if kind == SADDLE:
         h[0], h[1], h[2] = cross(own, v)
         h[12], h[13], h[14], h[15] = dot(own, g), dot(own, k), dot(e, v), dot(f, v)
-        return measure(cov, h, -dot(own, v), variance, x, gain, TILTS, N)
-    surprise = 0.0
+        apart = dot(own, v)
+        note_axes(s, apart ** 2, settings[SPACING])
+        return measure(cov, h, -apart, variance, x, gain, TILTS, N)
+    surprise, apart = 0.0, 0.0
     for i in range(2):
         n = e if i == 0 else f
         h[0], h[1], h[2] = cross(n, v)
         h[12], h[13], h[14], h[15] = dot(n, g), dot(n, k), -1.0 + i, -1.0 * i
-        surprise += measure(cov, h, dot(n, own) - dot(n, v), variance, x, gain, TILTS, N)
+        across = dot(n, own) - dot(n, v)
+        apart += 0.5 * across ** 2
+        surprise += measure(cov, h, across, variance, x, gain, TILTS, N)
+    note_axes(s, apart, settings[SPACING])
     return surprise
 
 

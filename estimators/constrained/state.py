@@ -12,6 +12,7 @@ from estimators.arrivals import Arrivals, Overrun
 from estimators.body.body import ImplausibleAngles
 from estimators.body.joint_constraints import JointTable
 from estimators.calibration.pose_evidence import ReleaseWatch
+from estimators.constrained.agreement import forget_contradicted
 from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained.filter import SOUND, admit, advance
 from estimators.fusion.front_end import VqfBank
@@ -36,6 +37,8 @@ class ConstrainedState:
     gyr, acc: (2, n, 3), sample before and newest sample.
     seen: (2, n), LOST, EXCEEDED, DOUBTED or SOUND for each of these.
     status: (joints,), SURE, UNSURE or UNSEEN, as last reported.
+    misfit: (joints,), mask of those that do not move as their kind does, as last reported.
+    doubted: (joints,), rad, sd of headings that are undecided, with what the filters leave unexplained.
     plausible: check of implausible angles.
     pose_samples: number of samples of the initial pose.
     pose_acc: (n, 3), m/s^2, sum of the sound accelerations in it; pose_counts: (n,), their number.
@@ -57,6 +60,8 @@ class ConstrainedState:
     acc: Array
     seen: NDArray[np.int64]
     status: NDArray[np.int64]
+    misfit: NDArray[np.bool_]
+    doubted: Array
     plausible: ImplausibleAngles
     pose_acc: Array
     pose_counts: Array
@@ -93,6 +98,7 @@ def take(state: ConstrainedState, table: JointTable, repeated: bool, gap: bool) 
         state.pose_acc[sound] += state.acc[1, sound]
         state.pose_counts += sound
     state.taken += 1
+    forget_contradicted(found.q, found.rest[0], found.doubt, table.kinds)
     # A sum with NaN is NaN: one test shows whether all joints have begun.
     if not math.isfinite(found.q[0].sum()):
         begin_missing(found, table, state.acc[1], state.seen[1] == SOUND, state.unknown,

@@ -56,7 +56,8 @@ INDIRECT = {
         "controllers/safety.py:_trouble", "controllers/safety.py:_present",
         "controllers/safety.py:_plausible"),
     ("controllers/safety.py", "status"): ("controllers/safety.py:LIMITED",),
-    ("estimators/constrained/block.py", "event"): ("estimators/constrained/block.py:report",),
+    ("estimators/constrained/block.py", "event"): (
+        "estimators/constrained/block.py:report", "estimators/constrained/block.py:report_misfits"),
     ("estimators/kortier/tick.py", "status"): ("estimators/kortier/tick.py:report_unseen",),
     ("estimators/salchow/fusion.py", "status"): ("estimators/salchow/fusion.py:_report_unseen",),
     ("estimators/arrivals.py", "status"): ("estimators/arrivals.py:_report",),
