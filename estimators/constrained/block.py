@@ -35,7 +35,9 @@ from estimators.calibration.pose_evidence import (
 )
 from estimators.constrained.agreement import judge
 from estimators.constrained.beginning import Hypotheses, Unknown
+from estimators.constrained.filter import LOST
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
+from estimators.constrained.lateness import Lateness, advanced, ahead
 from estimators.constrained.posture import posture
 from estimators.constrained.state import ConstrainedState, take
 from estimators.fusion.front_end import VqfBank
@@ -304,6 +306,7 @@ class ConstrainedTracker:
             settings=self._settings(period),
             unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
             gaps=Gaps.none(self.sensors),
+            lateness=Lateness.unknown(self.sensors, len(table.ends), period),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
             status=np.full(len(table.ends), SURE, dtype=np.int64),
@@ -316,8 +319,8 @@ class ConstrainedTracker:
         """One sample of every sensor."""
         table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
         arrivals, gaps, ends = state.arrivals, state.gaps, table.ends
-        captured_s, _, _ = arrivals.note(inputs, tick)
         first, ticks, state.ticks = state.ticks == 0, tick.index + 1 - state.ticks, tick.index + 1
+        captured_s, _, _ = arrivals.note(state.lateness.align(inputs, ticks, arrivals.period_s), tick)
         elapsed_s = ticks * arrivals.period_s
         if state.taken > state.pose_samples:
             state.overrun.note(arrivals.codes, elapsed_s, tick)
@@ -326,16 +329,24 @@ class ConstrainedTracker:
         # Ticks that were skipped while the block was busy are processed with this sample.
         for _ in range(ticks):
             take(state, table, captured_s == 0.0, gap)
+        if state.taken % round(1.0 / arrivals.period_s) == 0 and (
+                late := state.lateness.look(found.q, ends, arrivals.period_s)):
+            state.seen[:] = LOST  # no acceleration between two samples of before and after
+            tick.report("late_sensor", late)
         misfit = state.misfit.copy()
         if judge(found.rest[0], found.doubt, math.radians(self.tissue_sd_deg), state.misfit, state.doubted):
             report_misfits(misfit, state.misfit, table, tick)
         q, covariance, doubt = found.q[0], found.covariance[0], state.doubted
+        roots = state.roots.orientation()
+        if state.lateness.known:
+            turns = state.lateness.turns(arrivals.period_s)
+            q, roots = ahead(q, ends, turns), advanced(roots, turns[table.roots])
         if gap:
             doubt = np.sqrt(doubt ** 2 + gaps.pending[ends].sum(axis=1))
         if state.contradicted and self.body is not None and state.watch is not None:
             doubt = np.hypot(doubt, state.watch.sizes[self.body.sensed[ends[:, 1]]])
         orientation, angles, sd, relative, worst = posture(
-            state.roots.orientation(), q, covariance, doubt, table.roots, ends, table.kinds,
+            roots, q, covariance, doubt, table.roots, ends, table.kinds,
             table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd, *self._misalignment())
         if first or status_changed(worst, math.radians(self.uncertain_deg), state.status):
             report(worst, math.radians(self.uncertain_deg), state.status, table, first, tick)

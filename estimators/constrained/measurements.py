@@ -74,15 +74,16 @@ def measure(
 
 
 @compiled
-def _change(samples: Any, i: int, period: float) -> Any:
+def change_of(samples: Any, i: int, period: float) -> Any:
+    """Derivative between the two samples of sensor i."""
     return ((samples[1, i, 0] - samples[0, i, 0]) / period,
             (samples[1, i, 1] - samples[0, i, 1]) / period,
             (samples[1, i, 2] - samples[0, i, 2]) / period)
 
 
 @compiled
-def _spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
-    """Write [dw]x + [w]x [w]x into `matrix` (3, 3)."""
+def spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
+    """Write M = [dw]x + [w]x [w]x into `matrix` (3, 3)."""
     size = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
     for i in range(3):
         for k in range(3):
@@ -124,11 +125,11 @@ def shared_acceleration(
     `levers` (2, 3, 3) is filled with the matrices of the lever arms on both sides, in the child's frame.
     """
     wp, wc, period = mean_of(gyr, p), mean_of(gyr, c), settings[PERIOD]
-    dp, dc = _change(gyr, p, period), _change(gyr, c, period)
+    dp, dc = change_of(gyr, p, period), change_of(gyr, c, period)
     fp, fc = mean_of(acc, p), mean_of(acc, c)
     to_child = conjugate(components(q))
-    _spin_matrix(wp, dp, levers[0])
-    _spin_matrix(wc, dc, levers[1])
+    spin_matrix(wp, dp, levers[0])
+    spin_matrix(wc, dc, levers[1])
     m = levers[0]
     v = rotated(to_child, (fp[0] - (m[0, 0] * s[3] + m[0, 1] * s[4] + m[0, 2] * s[5]),
                            fp[1] - (m[1, 0] * s[3] + m[1, 1] * s[4] + m[1, 2] * s[5]),
@@ -137,7 +138,7 @@ def shared_acceleration(
         m[0, k], m[1, k], m[2, k] = rotated(to_child, (m[0, k], m[1, k], m[2, k]))
     spin = dot(wp, wp) + dot(wc, wc) + math.sqrt(dot(dp, dp) + dot(dc, dc))
     # Samples closer together than the correlation time carry no more information than one of them.
-    jolt_p, jolt_c = _change(acc, p, period), _change(acc, c, period)
+    jolt_p, jolt_c = change_of(acc, p, period), change_of(acc, c, period)
     jolt = dot(jolt_p, jolt_p) + dot(jolt_c, jolt_c)
     variance = settings[FORCE] ** 2 + (settings[SPIN] * spin) ** 2 + _SKEW ** 2 * jolt
     variance *= max(1.0, settings[FORCE_TIME] / settings[SPACING])

@@ -15,6 +15,7 @@ from estimators.calibration.pose_evidence import ReleaseWatch
 from estimators.constrained.agreement import forget_contradicted
 from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained.filter import SOUND, admit, advance
+from estimators.constrained.lateness import Lateness, correlate
 from estimators.fusion.front_end import VqfBank
 from estimators.gaps import Gaps, lost_samples
 
@@ -34,6 +35,7 @@ class ConstrainedState:
     unknown: initial uncertainty of a joint.
     found: joint filters.
     gaps: rotation through gaps in the samples.
+    lateness: clock offsets of the sensors.
     gyr, acc: (2, n, 3), sample before and newest sample.
     seen: (2, n), LOST, EXCEEDED, DOUBTED or SOUND for each of these.
     status: (joints,), SURE, UNSURE or UNSEEN, as last reported.
@@ -56,6 +58,7 @@ class ConstrainedState:
     unknown: Unknown
     found: Hypotheses
     gaps: Gaps
+    lateness: Lateness
     gyr: Array
     acc: Array
     seen: NDArray[np.int64]
@@ -97,6 +100,10 @@ def take(state: ConstrainedState, table: JointTable, repeated: bool, gap: bool) 
         sound = state.seen[1] == SOUND
         state.pose_acc[sound] += state.acc[1, sound]
         state.pose_counts += sound
+    clocks = state.lateness
+    correlate(found.q[0], found.rest[0], table.ends, state.gyr, state.acc, (state.seen == SOUND).all(axis=0),
+              gaps.means, arrivals.period_s, clocks.frame, clocks.mean, clocks.kept, clocks.product,
+              clocks.energy, clocks.lasted)
     state.taken += 1
     forget_contradicted(found.q, found.rest[0], found.doubt, table.kinds)
     # A sum with NaN is NaN: one test shows whether all joints have begun.
