@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from estimators.body.joint_constraints import Joint
 from fesloop.hand import quaternion
 
 GRAVITY = np.array([0.0, 0.0, 9.81])
@@ -126,3 +127,16 @@ class Jointed:
 def away(estimate, true):
     """Difference of angles, wrapped, rad."""
     return np.angle(np.exp(1j * (estimate - true)))
+
+
+def moving_hinge(seed, times, **options):
+    """Samples of a hinge in random motion, its second sensor mounted anyhow, its true axes (2, 3), angle."""
+    rng = np.random.default_rng(seed)
+    axis, mounting = rng.normal(size=3), quaternion.normalized(rng.normal(size=4))
+    axis /= np.linalg.norm(axis)
+    joint = Joint(parent=0, child=1, kind="hinge", parent_axis=tuple(axis), child_axis=tuple(axis))
+    motion = Jointed((joint,), seed, **options)
+    gyr, acc = motion.samples(times)
+    for kind in (gyr, acc):
+        kind[:, 1] = quaternion.rotate(mounting, kind[:, 1])
+    return gyr, acc, np.stack([axis, quaternion.rotate(mounting, axis)]), motion.angles(times)[:, 0]

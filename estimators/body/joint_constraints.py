@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import Body
+from estimators.body.body import Body, Pairs
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand import quaternion
 from fesloop.hand.segments import AXES, SegmentTree
@@ -23,6 +23,7 @@ from fesloop.hand.segments import AXES, SegmentTree
 Array = NDArray[np.float64]
 Axis = tuple[float, float, float]
 Range = tuple[float, float]
+JointKind = Literal["hinge", "saddle", "ball"]
 KINDS = ("hinge", "saddle", "ball")
 HINGE, SADDLE, BALL = range(3)
 X: Axis = (1.0, 0.0, 0.0)
@@ -48,14 +49,16 @@ class Joint:
     parent_axis, child_axis: directions, of any length above 0, in the parent's and the child's frame;
         those of a saddle are perpendicular to each other; a ball joint ignores them.
     ranges_deg: (least, most) of each angle, in their order. Empty: unlimited.
+    learn_axes: whether a hinge's axes are learnt from motion, in place of given ones.
     """
 
     parent: int
     child: int
-    kind: Literal["hinge", "saddle", "ball"]
+    kind: JointKind
     parent_axis: Axis = Z
     child_axis: Axis = Z
     ranges_deg: tuple[Range, ...] = ()
+    learn_axes: bool = False
 
     def __post_init__(self) -> None:
         if min(self.parent, self.child) < 0 or self.parent == self.child:
@@ -72,6 +75,9 @@ class Joint:
         if self.ranges_deg and len(self.ranges_deg) != self.angles:
             raise InputError("ranges_deg", f"has {len(self.ranges_deg)} ranges",
                              f"none, or {self.angles} for a {self.kind}")
+        if self.learn_axes and (self.kind != "hinge" or not self.parent_axis == self.child_axis == Z):
+            raise InputError("learn_axes", f"true for a {self.kind} with axes {self.parent_axis} and "
+                             f"{self.child_axis}", "true for a hinge without axes", "remove one of the two")
         for low, high in self.ranges_deg:
             if not -180.0 <= low < high <= 180.0:
                 raise InputError("ranges_deg", f"({low}, {high})", "least < most, from -180 to 180 deg")
@@ -102,6 +108,7 @@ class JointTable:
     first_angle: (joints,), index of each joint's first angle among all.
     angles: number of all angles.
     roots: (roots,), sensors that are no joint's child.
+    known: (joints,), mask of joints whose axes are known; the others' are learnt.
     names: names of the joints: those of the body, else "parent-child".
     unsensed: names of the body's joints without a sensor on both sides.
     moved: (joints,), segment of the body that each joint moves; None without a body.
@@ -115,9 +122,24 @@ class JointTable:
     first_angle: NDArray[np.int64]
     angles: int
     roots: NDArray[np.int64]
+    known: NDArray[np.bool_]
     names: tuple[str, ...]
     unsensed: tuple[str, ...] = ()
     moved: NDArray[np.int64] | None = None
+
+    def learnt(self, joint: int, axes: Array) -> JointTable:
+        """The table with the axes (2, 3) of a hinge that have been learnt."""
+        every, zero, known = self.axes.copy(), self.zero.copy(), self.known.copy()
+        every[joint], zero[joint], known[joint] = axes, _turn(axes), True
+        for array in (every, zero, known):
+            array.flags.writeable = False
+        return replace(self, axes=every, zero=zero, known=known)
+
+
+def joints_between(kind: JointKind, pairs: Pairs) -> tuple[Joint, ...]:
+    """A joint of one kind between the (parent, child) sensors of each pair; the axes of hinges are learnt."""
+    return tuple(Joint(parent=parent, child=child, kind=kind, learn_axes=kind == "hinge")
+                 for parent, child in pairs)
 
 
 def joint_table(joints: tuple[Joint, ...], sensors: int) -> JointTable:
@@ -138,9 +160,10 @@ def joint_table(joints: tuple[Joint, ...], sensors: int) -> JointTable:
         kinds=np.array([KINDS.index(joint.kind) for joint in joints], dtype=np.int64),
         axes=axes, zero=zero.reshape(-1, 4), ranges=ranges, first_angle=np.cumsum(counts) - counts,
         angles=int(counts.sum()), roots=np.array(_roots(joints, sensors), dtype=np.int64),
+        known=np.array([not joint.learn_axes for joint in joints], dtype=np.bool_),
         names=tuple(f"{joint.parent}-{joint.child}" for joint in joints))
     for array in (table.ends, table.kinds, table.axes, table.zero, table.ranges, table.first_angle,
-                  table.roots):
+                  table.roots, table.known):
         array.flags.writeable = False
     return table
 

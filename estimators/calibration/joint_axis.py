@@ -24,6 +24,8 @@ _FEW = 300
 _STARTS = np.eye(3)
 _LEAST = 50
 _SINGULAR = 1e12
+_NO_RATE = 1e-9
+"""Rate below which there is none, rad/s (far below any sensor's noise)."""
 _RIVALS = 3
 """Number of other minima that are computed on all samples (chosen)."""
 _SAME = math.cos(math.radians(20.0))
@@ -156,7 +158,7 @@ def hinge_residuals(axes: Array, rates: Array, forces: Array, fit: HingeFit) -> 
 def hinge_slopes(axes: Array, frames: Array, rates: Array, forces: Array, fit: HingeFit) -> Array:
     """Derivatives of the residuals by small turns of each axis towards its frame's rows, (2 m, 4)."""
     sweep = np.cross(rates, axes)
-    size = np.maximum(np.linalg.norm(sweep, axis=2), np.finfo(np.float64).tiny)
+    size = np.maximum(np.linalg.norm(sweep, axis=2), _NO_RATE)
     by_rates = np.einsum("mki,mkji->mkj", sweep, np.cross(rates[:, :, np.newaxis], frames))
     by_rates *= (np.array([1.0, -1.0]) / (fit.gyr_sd * size))[:, :, np.newaxis]
     by_forces = np.einsum("mki,kji->mkj", forces, frames) * (np.array([[1.0], [-1.0]]) / fit.acc_sd)

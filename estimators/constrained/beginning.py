@@ -152,7 +152,7 @@ def begin_missing(
     found: Hypotheses, table: JointTable, acc: Array, sound: NDArray[np.bool_], unknown: Unknown,
     in_pose: bool
 ) -> None:
-    """Start the filters of unknown joints where both sensors' samples are sound.
+    """Start the filters of unknown joints whose axes are known where both sensors' samples are sound.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def begin_missing(
     in_pose: whether the initial pose lasts.
     """
     both = sound[table.ends].all(axis=1)
-    for j in np.flatnonzero(both & np.isnan(found.q[0, :, 0])):
+    for j in np.flatnonzero(both & table.known & np.isnan(found.q[0, :, 0])):
         _begin(found, int(j), table, acc[table.ends[j]], unknown, in_pose)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,19 @@ from estimators.body.body import (
     of_tree,
     of_unknown_joints,
     posture_ports,
+    resolve_pairs,
     stated_by,
+    stated_pairs,
     worn_as_stated,
 )
-from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
+from estimators.body.joint_constraints import (
+    CHAIN5,
+    Joint,
+    JointTable,
+    body_table,
+    joint_table,
+    joints_between,
+)
 from estimators.body.misalignment import misalignment
 from estimators.calibration.initial_pose import Rest, known_angles, ties_of
 from estimators.calibration.pose_evidence import (
@@ -35,9 +44,10 @@ from estimators.calibration.pose_evidence import (
 )
 from estimators.constrained.agreement import judge
 from estimators.constrained.beginning import Hypotheses, Unknown
-from estimators.constrained.filter import LOST
+from estimators.constrained.filter import LOST, SOUND
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
 from estimators.constrained.lateness import Lateness, advanced, ahead
+from estimators.constrained.learning import AxisSearch
 from estimators.constrained.posture import posture
 from estimators.constrained.state import ConstrainedState, take
 from estimators.fusion.front_end import VqfBank
@@ -110,6 +120,27 @@ def report_misfits(
             tick.report(event, f"joint {names}: sensors move{remedy}")
 
 
+def learn(state: ConstrainedState, first: bool, tick: Tick) -> None:
+    """Learn the axes of hinges from the newest samples, and report them; at `first` report that it begins."""
+    table = state.table
+    if first:
+        names = ", ".join(table.names[search.joint] for search in state.searches)
+        tick.report("learning_axes", f"joint {names}: untracked until its motion has shown its axes")
+    for search in state.searches:
+        if state.seen[1].take(search.ends).min() < SOUND:
+            continue
+        found = search.take(state.gyr[1], state.acc[1])
+        name = f"joint {table.names[search.joint]}"
+        if isinstance(found, InputError):
+            tick.report("axes_not_learnt", f"{name}: {found}")
+        elif found is not None:
+            state.table = state.table.learnt(search.joint, found.axes)
+            state.searches = tuple(each for each in state.searches if each is not search)
+            parent, child = ([round(part, 3) + 0.0 for part in axis] for axis in found.axes.tolist())
+            tick.report("axes_learnt", f"{name}: parent_axis {parent}, child_axis {child}; give them in "
+                        "`joints`, and it is tracked from the first sample")
+
+
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 _USUAL = HandSize()
@@ -146,7 +177,9 @@ class ConstrainedTracker:
 
     With `joints` in place of a body, and for five sensors without any setting (those of chain5,
     `fesloop.streams.formats.published`), no lengths are known: there are no outputs `fingertips` and
-    `fingertip_sd`, and `angles` are those of each joint in turn (see Joint).
+    `fingertip_sd`, and `angles` are those of each joint in turn (see Joint). A hinge whose axes are learnt
+    (`Joint.learn_axes`, `estimators.constrained.learning`) is untracked until then, which "learning_axes",
+    "axes_learnt" and "axes_not_learnt" report.
 
     A joint is reported as "uncertain" when the sd of one of its angles rises above `uncertain_deg`, and as
     "certain" when all are well below again. Through lost samples (or frozen ones, or ones held for too long:
@@ -162,7 +195,9 @@ class ConstrainedTracker:
     sensed: names of the sensors' segments, in the order of the samples; empty: every one, or all but the
         tree's root (a hand's forearm).
     segments: another tree in place of the hand.
-    joints: joints from the root outwards, in place of a body.
+    joints: joints from the root outwards, in place of a body; or "hinge" or "ball" for one of that kind
+        between neighbouring sensors, those that the source of the samples states, else each and the next. A
+        hinge's axes are then learnt.
     initial_pose_s: duration of a known pose at the start, s; joints with sound samples within it start in
         that pose; 0: no known pose.
     initial_angles_deg: that pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
@@ -196,7 +231,7 @@ class ConstrainedTracker:
     hand: HandSize = _USUAL
     sensed: tuple[str, ...] = ()
     segments: tuple[Segment, ...] = ()
-    joints: tuple[Joint, ...] = ()
+    joints: Literal["hinge", "ball"] | tuple[Joint, ...] = ()
     initial_pose_s: float = 0.0
     initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
     pose_sd_deg: float = 3.0
@@ -240,11 +275,14 @@ class ConstrainedTracker:
                              "joints, or the body that wears the sensors", "remove one")
         if not self.sensors:
             return
-        if self.joints or (self.sensors == 5 and not worn):
+        joints = self.joints
+        if isinstance(joints, str):
+            joints = joints_between(joints, resolve_pairs((), self.sensors))
+        if joints or (self.sensors == 5 and not worn):
             if self.initial_pose_s:
                 raise InputError("initial_pose_s", f"{self.initial_pose_s:g} beside joints without a body",
                                  "0", "give the body: hand, sensed or segments")
-            table = joint_table(self.joints or CHAIN5, self.sensors)
+            table = joint_table(joints or CHAIN5, self.sensors)
             pair_sd, axis_sd = self._sds()
             wrong = np.full(len(table.ends), pair_sd ** 2), np.full(len(table.ends), axis_sd ** 2)
             object.__setattr__(self, "table", table)
@@ -286,7 +324,11 @@ class ConstrainedTracker:
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> ConstrainedTracker:
         """The tracker with its sensors on the segments that their source states (`worn_as_stated`)."""
-        return worn_as_stated(self, stated_by(sources))
+        stated, joints = stated_by(sources), self.joints
+        if isinstance(joints, str):
+            pairs = resolve_pairs(stated_pairs((), stated), len(stated.names))
+            joints = joints_between(joints, pairs)
+        return worn_as_stated(replace(self, joints=joints), stated)
 
     def init(self, context: Context) -> ConstrainedState:
         """State before the first sample."""
@@ -299,7 +341,10 @@ class ConstrainedTracker:
         if self.body is not None and self.initial_pose_s:
             watch = ReleaseWatch(self.body, known_angles(self.body.tree, self.initial_angles_deg),
                                  self.evidence)
+        searches = tuple(AxisSearch.of(int(j), tuple(table.ends[j].tolist()), period)
+                         for j in np.flatnonzero(~table.known))
         return ConstrainedState(
+            table=table, searches=searches,
             roots=VqfBank(len(table.roots), period, False, tauAcc=self.tau_acc_s),
             arrivals=Arrivals(self.sensors, limits, period),
             overrun=Overrun(self.sensors, math.radians(self.clipped_rate_deg_s)),
@@ -317,7 +362,7 @@ class ConstrainedTracker:
 
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
-        table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
+        table, found, (pair_sd, axis_sd) = state.table, state.found, self._sds()
         arrivals, gaps, ends = state.arrivals, state.gaps, table.ends
         first, ticks, state.ticks = state.ticks == 0, tick.index + 1 - state.ticks, tick.index + 1
         captured_s, _, _ = arrivals.note(state.lateness.align(inputs, ticks, arrivals.period_s), tick)
@@ -328,7 +373,9 @@ class ConstrainedTracker:
                      math.radians(self.untracked_deg_s), gaps)
         # Ticks that were skipped while the block was busy are processed with this sample.
         for _ in range(ticks):
-            take(state, table, captured_s == 0.0, gap)
+            take(state, captured_s == 0.0, gap)
+        if state.searches:
+            learn(state, first, tick)
         if state.taken % round(1.0 / arrivals.period_s) == 0 and (
                 late := state.lateness.look(found.q, ends, arrivals.period_s)):
             state.seen[:] = LOST  # no acceleration between two samples of before and after

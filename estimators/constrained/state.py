@@ -16,6 +16,7 @@ from estimators.constrained.agreement import forget_contradicted
 from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained.filter import SOUND, admit, advance
 from estimators.constrained.lateness import Lateness, correlate
+from estimators.constrained.learning import AxisSearch
 from estimators.fusion.front_end import VqfBank
 from estimators.gaps import Gaps, lost_samples
 
@@ -28,6 +29,8 @@ class ConstrainedState:
 
     Attributes
     ----------
+    table: joints, with the axes that have been learnt so far.
+    searches: of the axes that have not.
     roots: filters of the sensors that are no joint's child.
     arrivals: monitor of new, lost and clipped samples.
     overrun: what clipped rates have missed since the initial pose.
@@ -51,6 +54,8 @@ class ConstrainedState:
     taken: number of the next sample.
     """
 
+    table: JointTable
+    searches: tuple[AxisSearch, ...]
     roots: VqfBank
     arrivals: Arrivals
     overrun: Overrun
@@ -76,7 +81,7 @@ class ConstrainedState:
     taken: int = 0
 
 
-def take(state: ConstrainedState, table: JointTable, repeated: bool, gap: bool) -> None:
+def take(state: ConstrainedState, repeated: bool, gap: bool) -> None:
     """Advance by one period.
 
     Parameters
@@ -84,7 +89,8 @@ def take(state: ConstrainedState, table: JointTable, repeated: bool, gap: bool) 
     repeated: whether no sample is new.
     gap: whether any sensor is in a gap, or at its end.
     """
-    roots, found, gaps, arrivals = table.roots, state.found, state.gaps, state.arrivals
+    table, found, gaps, arrivals = state.table, state.found, state.gaps, state.arrivals
+    roots = table.roots
     admit(arrivals.samples, arrivals.codes, repeated, state.gyr, state.acc, state.seen)
     gyr, acc = gaps.rates.take(roots, axis=0), state.acc[1].take(roots, axis=0)
     if arrivals.sound and not gap:

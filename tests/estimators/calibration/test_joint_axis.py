@@ -4,28 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from jointed_parts import Errors, Jointed
+from jointed_parts import Errors, moving_hinge
 from scipy.signal import butter, sosfiltfilt
 
-from estimators.body.joint_constraints import Joint
 from estimators.calibration.joint_axis import HingeFit, hinge_axes, hinge_residuals, hinge_slopes
 from fesloop.errors import InputError
-from fesloop.hand import quaternion
 from fesloop.streams.blocks.replay import Replay
 
 TIMES = np.arange(1500) / 50.0
-
-
-def moving_hinge(seed, **options):
-    """Samples of a hinge in random motion, its second sensor mounted anyhow, and its true axes (2, 3)."""
-    rng = np.random.default_rng(seed)
-    axis, mounting = rng.normal(size=3), quaternion.normalized(rng.normal(size=4))
-    axis /= np.linalg.norm(axis)
-    joint = Joint(parent=0, child=1, kind="hinge", parent_axis=tuple(axis), child_axis=tuple(axis))
-    gyr, acc = Jointed((joint,), seed, **options).samples(TIMES)
-    for kind in (gyr, acc):
-        kind[:, 1] = quaternion.rotate(mounting, kind[:, 1])
-    return gyr, acc, np.stack([axis, quaternion.rotate(mounting, axis)])
 
 
 def off_deg(found, true):
@@ -39,7 +25,7 @@ def off_deg(found, true):
 @given(st.integers(0, 2**32 - 1))
 def test_any_hinge_is_found_but_for_what_its_levers_add(seed):
     # Sensors 2 cm off the centre under about 5 rad/s^2 and (1.5 rad/s)^2 feel 0.1 m/s^2 of their own.
-    gyr, acc, true = moving_hinge(seed, errors=Errors(bias=1e-3))
+    gyr, acc, true, _ = moving_hinge(seed, TIMES, errors=Errors(bias=1e-3))
     found = hinge_axes(gyr, acc)
     assert off_deg(found.axes, true).max() < 1.0
     assert found.sd_deg.max() < 0.5
@@ -47,7 +33,7 @@ def test_any_hinge_is_found_but_for_what_its_levers_add(seed):
 
 
 def test_nothing_is_lost_without_levers_and_noise():
-    gyr, acc, true = moving_hinge(5, errors=Errors(noise=0.0), lever=0.0)
+    gyr, acc, true, _ = moving_hinge(5, TIMES, errors=Errors(noise=0.0), lever=0.0)
     acc[7], gyr[9, 1] = np.nan, np.inf
     assert off_deg(hinge_axes(gyr, acc).axes, true).max() < 0.01
 
@@ -55,7 +41,7 @@ def test_nothing_is_lost_without_levers_and_noise():
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_same_minimum_as_the_authors_program(seed):
     qmt = pytest.importorskip("qmt", reason="qmt, the published program, is not installed")
-    gyr, acc, _ = moving_hinge(seed, errors=Errors(bias=1e-3))
+    gyr, acc, *_ = moving_hinge(seed, TIMES, errors=Errors(bias=1e-3))
     columns = (np.ascontiguousarray(kind[:, i]) for kind in (acc, gyr) for i in range(2))
     theirs = np.hstack(qmt.jointAxisEstHingeOlsson(*columns, estSettings={"quiet": True, "tol": 1e-12})).T
     assert off_deg(hinge_axes(gyr, acc, HingeFit(robust=False)).axes, theirs).max() < 0.01
@@ -90,7 +76,7 @@ def test_slopes_are_the_differences_of_the_residuals():
 
 
 def test_a_joint_that_does_not_move_is_refused():
-    gyr, acc, _ = moving_hinge(3)
+    gyr, acc, *_ = moving_hinge(3, TIMES)
     gyr[:, 1], acc[:, 1] = gyr[:, 0], acc[:, 0]
     noise = np.random.default_rng(0).normal(size=(2, *gyr.shape))
     with pytest.raises(InputError, match=r"hinge axis: .*move the joint itself"):
@@ -114,7 +100,7 @@ def test_a_level_axis_has_two_ends_that_look_alike():
 
 
 def test_bad_input_is_named():
-    gyr, acc, _ = moving_hinge(0)
+    gyr, acc, *_ = moving_hinge(0, TIMES)
     with pytest.raises(InputError, match="49 samples are sound; allowed: 50 or more"):
         hinge_axes(gyr[:49], acc[:49])
     with pytest.raises(InputError, match=r"shapes \(1500, 2, 3\) and \(1499, 2, 3\)"):
