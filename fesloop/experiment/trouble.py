@@ -39,6 +39,8 @@ _MOUNTING, _TURNING = "mounting_disagrees", "segment_calibration"
 """Status of a replay whose sensors have other axes than their segments, and the block that corrects them."""
 _IMPLAUSIBLE = "implausible_angle"
 """Status of a tracker whose angles cannot be those of the joints."""
+_MISFIT = "misfit"
+"""Status of a tracker with a joint that does not move as its kind does."""
 _ALIGNING, _ALIGNED = "aligning", "aligned"
 _CONTRADICTED = "pose_contradicted"
 """Status of a tracker whose evidence contradicts the initial pose that it was given."""
@@ -126,7 +128,8 @@ def comparable(found: Iterable[Trouble]) -> bool:
 
 def graveness(status: str) -> int:
     """Rank of an event's status, the gravest 0: failures, then what takes stimulation away, then the rest."""
-    if status.endswith((*_FAILED, *_LACKING, _DISAGREE, _MOUNTING, _IMPLAUSIBLE, _CONTRADICTED, _OVERRUN)):
+    if status.endswith((*_FAILED, *_LACKING, _DISAGREE, _MOUNTING, _IMPLAUSIBLE, _MISFIT, _CONTRADICTED,
+                        _OVERRUN)):
         return 0
     withheld = status.startswith(_WATCHDOG) or status in (*_WITHHELD, *_STOPPED)
     return 1 if withheld else 2

@@ -1,12 +1,14 @@
 """The most important thing that went wrong comes first, whatever else did; on screen and in reports."""
 
 import math
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from recording_files import write
 
 from fesloop.apps.cli import main
 from fesloop.apps.cli.run_command import _events as events_in_summary
@@ -179,11 +181,29 @@ def test_the_summary_says_first_that_no_pulse_was_given_and_why(tmp_path, capsys
 def test_no_list_of_events_cuts_off_what_is_grave(others, status):
     events = [event(0.1 * i, "other", f"saturated_{i}") for i in range(others) for _ in range(2)]
     events += [event(9.0, "safety", status), event(9.5, "tracker", "initial_pose_failed")]
-    assert [kind for (_, kind), _ in events_in_summary(events)][:2] == ["initial_pose_failed", status]
+    assert [kind for (_, kind), _ in events_in_summary(events, "")][:2] == ["initial_pose_failed", status]
     rows = events_section(Known(SimpleNamespace(events=events, messages=()), 1, (0,), None, {}, {}, (),
                                 frozenset())).parts[0].rows
     assert "initial_pose_failed" in rows[0][0]
     assert status in rows[1][0]
+
+
+def test_of_events_as_grave_those_of_the_tracker_that_is_scored_come_first():
+    events = [event(0.1 * i, "controller", "saturated") for i in range(9)]
+    events += [event(0.5, "tracker", "uncertain"), event(0.6, "safety", "stale_input"),
+               event(0.7, "tracker", "misfit")]
+    assert [kind for (_, kind), _ in events_in_summary(events, "tracker")] == [
+        "misfit", "stale_input", "uncertain", "saturated"]
+
+
+def test_a_replay_says_first_what_its_tracker_says_of_itself(tmp_path, capsys):
+    path = write(tmp_path, "wrist")
+    assert main(["run", "replay", "--set", f"recording={path}", "--out", str(tmp_path),
+                 "--set", "blocks.safety.max_age_ms=0.01"]) == 0
+    told = re.findall(r"events +\d+ x (\w+) \((\w+)\)", capsys.readouterr().err)
+    nodes = [node for _, node in told]
+    assert {"tracker", "safety"} <= set(nodes)
+    assert nodes == sorted(nodes, key=lambda node: node != "tracker")
 
 
 def test_a_silent_controller_is_named_where_safety_only_said_how_a_trial_begins():

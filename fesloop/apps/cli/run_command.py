@@ -46,6 +46,7 @@ def execute(args: Namespace) -> int:
         result = run(experiment, Path(args.out), realtime=pacing)
     with Recording(result.recording) as recording:
         wrong, events = troubles(recording, result.metrics, result.cause), recording.events
+        scored = str(recording.experiment.get("score", {}).get("orientation") or "").partition(".")[0]
     if unstable := _unstable(experiment):
         print(f"fesloop: {unstable}", file=sys.stderr)
     if result.cause:
@@ -53,7 +54,7 @@ def execute(args: Namespace) -> int:
     for trouble in wrong:
         if not (result.cause and trouble.kind == "broken_off"):
             print(f"fesloop: {trouble.text}", file=sys.stderr)
-    _summarise(result, events)
+    _summarise(result, events, scored)
     guide = guide_of(picked.document) if result.status == "done" else None
     print_next_commands(result.recording, guide.next_commands(
         str(result.recording), args.settings, _RELATIVE in result.metrics) if guide else ())
@@ -90,8 +91,11 @@ def _pacing(args: Namespace) -> Pacing | bool:
     return args.realtime and Pacing(**options)
 
 
-def _summarise(result: Result, recorded: Sequence[Event]) -> None:
-    """Print status, events and scalar metrics in one table, then a table for each metric by joint."""
+def _summarise(result: Result, recorded: Sequence[Event], scored: str) -> None:
+    """Print status, events and scalar metrics in one table, then a table for each metric by joint.
+
+    `scored` is the tracker that a replay scores; "" where there is none.
+    """
     rows = [["status", result.status], ["seed", str(result.seed)]]
     tables = {}
     for name, value in result.metrics.items():
@@ -105,8 +109,9 @@ def _summarise(result: Result, recorded: Sequence[Event]) -> None:
             rows.append([name, _text(value)])
     rows += [["wall time", f"{result.wall_s:.2f} s"], ["real-time factor", f"{result.realtime_factor:.1f}"]]
     rows += _pacing_rows(result.realtime)
-    events = _events(recorded)
-    rows += [["events", f"{count} x {status} ({where})"] for (where, status), count in events[:_SHOWN]]
+    events = _events(recorded, scored)
+    shown = sorted(events[:_SHOWN], key=lambda entry: entry[0][0] != scored)
+    rows += [["events", f"{count} x {status} ({where})"] for (where, status), count in shown]
     if len(events) > _SHOWN:
         rows.append(["events", f"and {len(events) - _SHOWN} more kinds, in the recording"])
     if events:
@@ -162,7 +167,7 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def _events(events: Sequence[Event]) -> list[tuple[tuple[str, str], int]]:
-    """Count events by node and status, the gravest first, then the most frequent."""
+def _events(events: Sequence[Event], scored: str) -> list[tuple[tuple[str, str], int]]:
+    """Count events by node and status, the gravest first, then those of `scored`, then the most frequent."""
     counted = Counter((event.where, event.status) for event in events).most_common()
-    return sorted(counted, key=lambda entry: graveness(entry[0][1]))
+    return sorted(counted, key=lambda entry: (graveness(entry[0][1]), entry[0][0] != scored))

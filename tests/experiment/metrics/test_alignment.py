@@ -57,7 +57,7 @@ def test_the_span_of_the_split_error_is_said(align_s, latency_ms, after_s, tmp_p
     assert ("on, when an estimate of an aligned tracker had reached" in text) == (arrival_s > after_s)
     assert ("counts what was before" in text) == (done.metrics["split_rmse_deg"]["total"]
                                                   != pytest.approx(done.metrics["joint_rmse_deg"], rel=1e-9))
-    _summarise(done, ())
+    _summarise(done, (), "")
     row = next(line for line in capsys.readouterr().err.splitlines() if line.startswith("split_from_s "))
     assert float(row.split()[1]) == pytest.approx(since_s, abs=1e-3)
 
