@@ -43,7 +43,7 @@ def specimens():
         "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()}, "hand": {"forearm_moves": True},
         "myohand": {"forearm_moves": True},
         "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
-        "vqf9": {}, "constrained": {"sensed": ("hand", "F2p", "F2m", "F2d")},
+        "vqf9": {}, "seel_ruppin": {}, "constrained": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         "kortier": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         **{kind: {"sensed": ("hand", "F2p", "F2m", "F2d"), **any_initial_pose(kind)}
            for kind in ("salchow_b", "salchow_m1", "salchow_m2")},

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from fesloop.lazily import found_in
 
 if TYPE_CHECKING:
-    from estimators.fusion.trackers import Vqf9Tracker, VqfTracker
+    from estimators.fusion.trackers import SeelRuppinTracker, Vqf9Tracker, VqfTracker
 
-__all__ = ["Vqf9Tracker", "VqfTracker"]
+__all__ = ["SeelRuppinTracker", "Vqf9Tracker", "VqfTracker"]
 
-__getattr__ = found_in(__name__, {"Vqf9Tracker": "trackers", "VqfTracker": "trackers"})
+__getattr__ = found_in(__name__, dict.fromkeys(__all__, "trackers"))

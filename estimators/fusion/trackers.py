@@ -1,4 +1,4 @@
-"""Trackers that fuse each inertial sensor separately (VQF) and chain the orientations to joint angles."""
+"""Trackers that fuse each inertial sensor separately and chain the orientations to joint angles."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from estimators.body.body import (
     stated_pairs,
     turned_angle,
 )
-from estimators.fusion.front_end import VqfBank
+from estimators.fusion.front_end import FrontEnd, FrontEndName, front_end_of
 from estimators.gaps import Gaps, bridge, lost_samples
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 @dataclass(slots=True, eq=False)
 class FusionState:
-    """State of a VQF tracker.
+    """State of a tracker of separate sensors.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class FusionState:
     announced: whether the alignment has been reported.
     """
 
-    bank: VqfBank
+    bank: FrontEnd
     arrivals: Arrivals
     pairs: NDArray[np.int64]
     heading: Array
@@ -141,7 +141,7 @@ class VqfTracker:
 
     def init(self, context: Context) -> FusionState:
         """Create filters in their initial state, with headings unknown."""
-        return _start(self, context, magnetometer=False, tauAcc=self.tau_acc_s)
+        return _start(self, context, "vqf")
 
     def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Process one sample of every sensor."""
@@ -213,7 +213,7 @@ class Vqf9Tracker:
 
     def init(self, context: Context) -> FusionState:
         """Create filters in their initial state."""
-        return _start(self, context, magnetometer=True, tauAcc=self.tau_acc_s, tauMag=self.tau_mag_s)
+        return _start(self, context, "vqf", self.tau_mag_s)
 
     def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Process one sample of every sensor."""
@@ -222,6 +222,31 @@ class Vqf9Tracker:
         if sound and not state.aligned:
             _align(state, orientation, None)
         return orientation, _angles(state, orientation, tick), aligned_value(state.aligned)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SeelRuppinTracker(Vqf9Tracker):
+    """Joint angles from gyroscopes, accelerometers and magnetometers, each sensor by itself: Seel and Ruppin.
+
+    Inclination and heading are corrected apart, so that a disturbed field does not tilt the estimate (doi
+    10.1016/j.ifacol.2017.08.1534). The gyroscopes' bias is not estimated. Inputs and outputs as of
+    Vqf9Tracker.
+
+    Attributes
+    ----------
+    sensors: number n of sensors; 0 takes it from the wire.
+    pairs: (parent, child) sensors of each joint, as in VqfTracker.
+    tau_acc_s, tau_mag_s: halving times of an error of inclination and of heading, s (1 and 3: defaults of
+        `qmt.oriEstIMU`).
+    gyr_range_deg_s, acc_range_g: magnitude above which samples count as clipped, as in VqfTracker.
+    """
+
+    tau_acc_s: float = 1.0
+    tau_mag_s: float = 3.0
+
+    def init(self, context: Context) -> FusionState:
+        """Create filters in their initial state."""
+        return _start(self, context, "seel_ruppin", self.tau_mag_s)
 
 
 def _check(sensors: int, **positive: float) -> None:
@@ -250,14 +275,18 @@ def _named(tracker: T, sources: Mapping[str, Sensors]) -> T:
 
 
 def _start(
-    tracker: VqfTracker | Vqf9Tracker, context: Context, *, magnetometer: bool, **settings: float
+    tracker: VqfTracker | Vqf9Tracker, context: Context, front_end: FrontEndName,
+    tau_mag_s: float | None = None
 ) -> FusionState:
+    """State before the first sample; magnetometers are used where `tau_mag_s` is given."""
     clock, sensors = context.clock, tracker.sensors
     if not isinstance(clock, (RateClock, StampClock)):
         raise InputError(f"{context.name}.rate", "is missing", "the rate of the sensors")
     joints = np.array(resolve_pairs(tracker.pairs, sensors), dtype=np.int64).reshape(-1, 2)
     limits = (math.radians(tracker.gyr_range_deg_s), STANDARD_GRAVITY * tracker.acc_range_g, math.inf)
-    return FusionState(bank=VqfBank(sensors, clock.period_s, magnetometer, **settings),
+    bank = front_end_of(front_end, sensors, (clock.period_s,) * 3, tau_mag_s is not None, tracker.tau_acc_s,
+                        tau_mag_s)
+    return FusionState(bank=bank,
                        arrivals=Arrivals(sensors, limits, clock.period_s),
                        pairs=joints, heading=no_offsets(len(joints)),
                        origin=np.tile([1.0, 0.0, 0.0, 0.0], (sensors, 1)),

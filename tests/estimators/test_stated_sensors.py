@@ -73,7 +73,7 @@ def test_angles_are_those_of_the_pairs_that_a_layout_states(tmp_path, tree, expe
 
 
 @pytest.mark.slow
-@given(tree=trees(least=3), chosen=st.data(), kind=st.sampled_from(["vqf", "vqf9"]))
+@given(tree=trees(least=3), chosen=st.data(), kind=st.sampled_from(["vqf", "vqf9", "seel_ruppin"]))
 @settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_pairs_of_a_tracker_are_of_those_that_a_layout_states_or_are_refused(tmp_path, tree, chosen, kind):
     pairs, sensors = tree

@@ -126,7 +126,7 @@ def test_what_a_layout_says_wrongly_is_still_refused(tmp_path):
     as_table(tmp_path, rows, "every = {acc = 3}\n")
 
 
-@pytest.mark.parametrize("tracker", ["vqf", "vqf9"])
+@pytest.mark.parametrize("tracker", ["vqf", "vqf9", "seel_ruppin"])
 @pytest.mark.parametrize(("acc", "mag"), [(2, 1), (4, 8)])
 def test_angles_of_a_table_of_several_rates_are_the_true_ones(tmp_path, tracker, acc, mag):
     """Bent to 60 deg and kept there: what empties for lost samples made 49 deg of."""

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from fesloop.streams.recording import MotionRecording
 
 _SPLIT = ("total", "tracker", "controller")
-_OF_PAIRS = ("vqf", "vqf9")
+_OF_PAIRS = ("vqf", "vqf9", "seel_ruppin")
 """Kinds of trackers whose angles are the flexion between pairs of sensors."""
 
 

@@ -11,7 +11,8 @@ from vqf import VQF
 
 from estimators.arrivals import CLIPPED, LOST, inspect
 from estimators.body.body import flexion_angles, turned_angle
-from estimators.fusion import Vqf9Tracker, VqfTracker
+from estimators.fusion import SeelRuppinTracker, Vqf9Tracker, VqfTracker
+from estimators.fusion.front_end import SeelRuppinBank
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.loop.block import Context, Tick
@@ -96,10 +97,24 @@ def test_orientations_equal_a_bare_batch_run(tracker, key):
         np.testing.assert_array_equal(orientation[:, i], batch[key])
 
 
+def test_seel_and_ruppins_fusion_is_a_tracker_of_its_own():
+    gyr, acc, mag = noisy(500, 3)
+    tracker = SeelRuppinTracker(sensors=3, pairs=((0, 1), (0, 2)), tau_mag_s=2.0)
+    (orientation, angles, aligned), reports, _ = run_tracker(tracker, gyr, acc, mag)
+    bank = SeelRuppinBank(3, 1 / RATE, True, tau_mag_s=2.0)
+    for k in range(500):
+        bank.update(gyr[k], acc[k], mag[k])
+        np.testing.assert_array_equal(orientation[k], bank.orientation())
+    np.testing.assert_array_equal(
+        angles[-1], flexion_angles(orientation[-1], np.array(tracker.pairs), np.tile([1.0, 0.0], (2, 1))))
+    assert (aligned == 1.0).all()
+    assert reports == []
+
+
 @given(at=st.integers(0, 299))
 @settings(deadline=None, max_examples=15)
 @pytest.mark.parametrize("tracker", [VqfTracker(sensors=3, initial_angles_deg=(5.0, 5.0)),
-                                     Vqf9Tracker(sensors=3)])
+                                     Vqf9Tracker(sensors=3), SeelRuppinTracker(sensors=3)])
 def test_stop_save_restore_continue_equals_uninterrupted(tracker, at):
     kinds = noisy(300, 3)[:len(tracker.inputs)]
     whole, _, _ = run_tracker(tracker, *kinds)
