@@ -121,6 +121,7 @@ class Arrivals:
     codes: (3, n), LOST and CLIPPED of each kind at the newest tick.
     samples: (3, n, 3), newest samples of each kind; without magnetometers the last are the second.
     sound: whether no sample is lost.
+    faultless: whether none is lost, clipped or frozen.
     period_s: period of the gyroscopes.
     newest_ns: capture of the newest sample of each kind; -1 before the first.
 
@@ -133,14 +134,14 @@ class Arrivals:
     """
 
     __slots__ = ("_limits", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck", "_stuck_limit",
-                 "_troubled", "codes", "newest_ns", "period_s", "samples", "sound")
+                 "_troubled", "codes", "faultless", "newest_ns", "period_s", "samples", "sound")
 
     def __init__(
         self, sensors: int, limits: Sequence[float], period_s: float, read: NDArray[np.bool_] | None = None
     ) -> None:
         self.codes = np.zeros((3, sensors), dtype=np.uint8)
         self.samples = np.zeros((3, sensors, 3))
-        self.sound = True
+        self.sound = self.faultless = True
         self.period_s, self.newest_ns = period_s, [-1, -1, -1]
         self._limits = np.array(limits)
         self._read = np.ones(sensors, dtype=np.bool_) if read is None else read.copy()
@@ -183,6 +184,7 @@ class Arrivals:
             self._reached_ns = tick.time_ns
         wrong = inspect_kinds(self.samples, len(samples), silent, self._limits, self._read, self._stuck,
                               self._stuck_limit, self.codes)
+        self.faultless = not wrong
         self.sound = not (wrong and (self.codes & LOST).any())
         if wrong or repeated or self._troubled:
             self._report(repeated, tick)
@@ -232,18 +234,22 @@ of an angle from sensors that are turned on their segments)."""
 class Overrun:
     """Rotation that gyroscopes have missed because it was faster than they can measure.
 
+    Attributes
+    ----------
+    under_way: whether rates were clipped when last noted; while they are not, faultless samples need no note.
+
     Parameters
     ----------
     sensors: their number.
     rate_sd: sd of a rate in excess of a clipped one, rad/s.
     """
 
-    __slots__ = ("_missed", "_rate_sd", "_reported", "_under_way")
+    __slots__ = ("_missed", "_rate_sd", "_reported", "under_way")
 
     def __init__(self, sensors: int, rate_sd: float) -> None:
         self._missed, self._rate_sd = np.zeros(sensors), rate_sd
         self._reported = np.zeros(sensors, dtype=np.bool_)
-        self._under_way = False
+        self.under_way = False
 
     def note(self, codes: NDArray[np.uint8], elapsed_s: float, tick: Tick) -> None:
         """Add a tick with the `codes` (3, n) of `Arrivals`; report what was missed at the movement's end."""
@@ -251,9 +257,9 @@ class Overrun:
         if clipped.any():
             # The excess is constant: its sd grows with time, not with its square root.
             self._missed[clipped] += self._rate_sd * elapsed_s
-            self._under_way = True
-        elif self._under_way:
-            self._under_way = False
+            self.under_way = True
+        elif self.under_way:
+            self.under_way = False
             new = (self._missed > _MISSED_SD) & ~self._reported
             self._reported |= new
             if new.any():

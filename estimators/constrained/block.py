@@ -365,9 +365,9 @@ class ConstrainedTracker:
         table, found, (pair_sd, axis_sd) = state.table, state.found, self._sds()
         arrivals, gaps, ends = state.arrivals, state.gaps, table.ends
         first, ticks, state.ticks = state.ticks == 0, tick.index + 1 - state.ticks, tick.index + 1
-        captured_s, _, _ = arrivals.note(state.lateness.align(inputs, ticks, arrivals.period_s), tick)
+        captured_s, _, _ = arrivals.note(state.lateness.align(inputs, ticks), tick)
         elapsed_s = ticks * arrivals.period_s
-        if state.taken > state.pose_samples:
+        if state.taken > state.pose_samples and (state.overrun.under_way or not arrivals.faultless):
             state.overrun.note(arrivals.codes, elapsed_s, tick)
         gap = bridge(arrivals.samples[0], arrivals.codes[0], elapsed_s, captured_s, arrivals.period_s,
                      math.radians(self.untracked_deg_s), gaps)
@@ -377,7 +377,7 @@ class ConstrainedTracker:
         if state.searches:
             learn(state, first, tick)
         if state.taken % round(1.0 / arrivals.period_s) == 0 and (
-                late := state.lateness.look(found.q, ends, arrivals.period_s)):
+                late := state.lateness.look(found.q, ends)):
             state.seen[:] = LOST  # no acceleration between two samples of before and after
             tick.report("late_sensor", late)
         misfit = state.misfit.copy()
@@ -386,7 +386,7 @@ class ConstrainedTracker:
         q, covariance, doubt = found.q[0], found.covariance[0], state.doubted
         roots = state.roots.orientation()
         if state.lateness.known:
-            turns = state.lateness.turns(arrivals.period_s)
+            turns = state.lateness.turns()
             q, roots = ahead(q, ends, turns), advanced(roots, turns[table.roots])
         if gap:
             doubt = np.sqrt(doubt ** 2 + gaps.pending[ends].sum(axis=1))

@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.constrained.filter import SOUND
 from estimators.constrained.measurements import change_of, mean_of, spin_matrix
-from estimators.constrained.vectors import components, dot, rotated, store, turn_by
+from estimators.constrained.vectors import components, rotated, store, turn_by
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 from fesloop.loop.signals import Sample
@@ -27,6 +28,8 @@ from fesloop.loop.signals import Sample
 Array = NDArray[np.float64]
 _REACH_S = 0.1
 """Greatest difference of two neighbours that is found, s (chosen: a radio's buffer)."""
+_SPACING_S = 0.02
+"""Time between two samples of a correlation, s (chosen: hands do not move faster)."""
 _FADES_S = 30.0
 """Time constant of the correlation, s (chosen: clocks drift by less than a millisecond in it)."""
 _LOWEST = 2.0 * math.pi
@@ -48,8 +51,11 @@ class Lateness:
 
     Attributes
     ----------
+    period_s: of the samples; spacing: ticks between two samples of a correlation.
     late_s: (n,), by how much each sensor's samples are later than those of the earliest; 0 until found.
-    past: (rows, 2, n, 3), newest rates and accelerations, the newest first; NaN before the first.
+    known: whether any is late; watched: whether any was when last looked at, so that samples are kept.
+    past: (rows, 2, n, 3), newest rates and accelerations, a ring; NaN before the first.
+    newest: row of the newest.
     frame: (joints, 4), child's sensor to a frame that does not rotate.
     mean: (joints, 2, 3), m/s^2, slow part of the acceleration from parent and child.
     kept: (joints, 2, lags + 1, 3), m/s^2, newest fast parts, the newest first.
@@ -57,6 +63,8 @@ class Lateness:
     lasted: (joints,), s, weight of these sums.
     """
 
+    period_s: float
+    spacing: int
     late_s: Array
     past: Array
     frame: Array
@@ -65,53 +73,57 @@ class Lateness:
     product: Array
     energy: Array
     lasted: Array
+    known: bool = False
+    watched: bool = False
+    newest: int = 0
 
     @classmethod
     def unknown(cls, sensors: int, joints: int, period_s: float) -> Lateness:
         """Nothing known."""
-        lags = max(2, math.ceil(_REACH_S / period_s))
+        spacing = max(1, round(_SPACING_S / period_s))
+        lags = max(2, math.ceil(_REACH_S / (spacing * period_s)))
+        rows = 2 * math.ceil(_REACH_S / period_s) + 2
         frame = np.zeros((joints, 4))
         frame[:, 0] = 1.0
-        return cls(np.zeros(sensors), np.full((2 * lags + 2, 2, sensors, 3), np.nan), frame,
+        return cls(period_s, spacing, np.zeros(sensors), np.full((rows, 2, sensors, 3), np.nan), frame,
                    np.zeros((joints, 2, 3)), np.zeros((joints, 2, lags + 1, 3)),
                    np.zeros((joints, 2 * lags + 1)), np.zeros((joints, 2)), np.zeros(joints))
 
-    @property
-    def known(self) -> bool:
-        """Whether any sensor is late."""
-        return bool(self.late_s.any())
-
-    def align(self, inputs: Sequence[Sample], ticks: int, period_s: float) -> Sequence[Sample]:
+    def align(self, inputs: Sequence[Sample], ticks: int) -> Sequence[Sample]:
         """The samples of rates and accelerations, (n, 3) each, at the instant of the latest sensor's.
 
-        `ticks` is the number of ticks since the last call.
+        `ticks` is the number of ticks since the last call; what came between is unknown.
         """
-        values = inputs[0].value, inputs[1].value
-        remember(self.past, *values, ticks)
+        if not self.watched:
+            return inputs
+        gyr, acc = inputs[0].value, inputs[1].value
+        self.newest = remember(self.past, self.newest, gyr, acc, ticks)
         if not self.known:
             return inputs
-        values = np.empty_like(values[0]), np.empty_like(values[1])
-        simultaneous(self.past, self.late_s, period_s, *values)
+        values = np.empty_like(gyr), np.empty_like(acc)
+        simultaneous(self.past, self.newest, self.late_s, self.period_s, *values)
         return [sample._replace(value=value) for sample, value in zip(inputs, values, strict=True)]
 
-    def turns(self, period_s: float) -> Array:
+    def turns(self) -> Array:
         """Rotation of each sensor since that instant, (n, 3), rad: by what came, then by its newest rate."""
         turns = np.zeros((len(self.late_s), 3))
         if self.known:
-            turned_since(self.past, self.late_s, period_s, turns)
+            turned_since(self.past, self.newest, self.late_s, self.period_s, turns)
         return turns
 
-    def look(self, q: Array, ends: NDArray[np.int64], period_s: float) -> str:
+    def look(self, q: Array, ends: NDArray[np.int64]) -> str:
         """Make new differences good, in relative orientations q (h, joints, 4) too.
 
         Tells how late each sensor is against most of them; empty where nothing changed. Correlations of what
         has been made good begin anew.
         """
-        late_s, sd_s = differences(self, period_s)
+        late_s, sd_s = np.zeros((2, len(self.lasted)))
+        differences(self.product, self.energy, self.lasted, self.spacing * self.period_s, late_s, sd_s)
         new = np.abs(late_s) > np.maximum(_LEAST_S, _SURE * sd_s)
-        if not new.any():
+        watched, self.watched = self.watched, bool(self.known or new.any())
+        if not (watched and new.any()):
             return ""
-        turns = self.turns(period_s)
+        turns = self.turns()
         for j in np.flatnonzero(new):
             # All sensors beyond the joint are later by as much.
             beyond = {int(ends[j, 1])}
@@ -119,7 +131,9 @@ class Lateness:
             self.late_s[sorted(beyond)] += late_s[j]
             self.product[j], self.energy[j], self.lasted[j] = 0.0, 0.0, 0.0
         self.late_s -= self.late_s.min()
-        turns -= self.turns(period_s)
+        np.minimum(self.late_s, (len(self.past) - 2) * self.period_s, out=self.late_s)
+        self.known = bool(self.late_s.any())
+        turns -= self.turns()
         for hypothesis in q:
             hypothesis[:] = ahead(hypothesis, ends, turns)
         against = 1e3 * (self.late_s - np.sort(self.late_s)[(len(self.late_s) - 1) // 2])
@@ -129,44 +143,48 @@ class Lateness:
 
 
 @compiled
-def remember(past: Any, gyr: Any, acc: Any, ticks: int) -> None:
-    """Add the newest samples (n, 3); those of ticks between the last call and this one are unknown."""
-    for _ in range(min(ticks, past.shape[0])):
-        for k in range(past.shape[0] - 1, 0, -1):
-            past[k] = past[k - 1]
-        past[0] = math.nan
-    past[0, 0], past[0, 1] = gyr, acc
+def remember(past: Any, newest: int, gyr: Any, acc: Any, ticks: int) -> int:
+    """Add the newest samples (n, 3) of `ticks` ticks, but for the last unknown; return the newest row."""
+    rows = past.shape[0]
+    for _ in range(min(ticks, rows) - 1):
+        newest = (newest + 1) % rows
+        past[newest, :, :, :] = math.nan
+    newest = (newest + 1) % rows
+    for i in range(gyr.shape[0]):
+        for a in range(3):
+            past[newest, 0, i, a], past[newest, 1, i, a] = gyr[i, a], acc[i, a]
+    return newest
 
 
 @compiled
-def simultaneous(past: Any, late_s: Any, period: float, gyr: Any, acc: Any) -> None:
+def simultaneous(past: Any, newest: int, late_s: Any, period: float, gyr: Any, acc: Any) -> None:
     """Write the samples (n, 3) of the instant at which the latest sensor was sampled, interpolated."""
-    latest = late_s.max()
+    latest, rows = late_s.max(), past.shape[0]
     for i in range(late_s.size):
-        wait = (latest - late_s[i]) / period
         # A wait of whole periods, but for rounding, needs one sample only.
-        k = min(int(wait + 1e-6), past.shape[0] - 2)
-        share = wait - k
+        wait = (latest - late_s[i]) / period
+        share = wait - int(wait + 1e-6)
+        k = (newest - int(wait + 1e-6)) % rows
+        before = (k - 1) % rows
         for a in range(3):
             gyr[i, a], acc[i, a] = past[k, 0, i, a], past[k, 1, i, a]
             if share > 1e-6:
-                gyr[i, a] += share * (past[k + 1, 0, i, a] - gyr[i, a])
-                acc[i, a] += share * (past[k + 1, 1, i, a] - acc[i, a])
+                gyr[i, a] += share * (past[before, 0, i, a] - gyr[i, a])
+                acc[i, a] += share * (past[before, 1, i, a] - acc[i, a])
 
 
 @compiled
-def turned_since(past: Any, late_s: Any, period: float, turns: Any) -> None:
+def turned_since(past: Any, newest: int, late_s: Any, period: float, turns: Any) -> None:
     """Write the rotation of each sensor since that instant, `turns` (n, 3), rad."""
-    latest = late_s.max()
+    latest, rows = late_s.max(), past.shape[0]
     for i in range(late_s.size):
         wait = (latest - late_s[i]) / period
         for a in range(3):
-            newest = past[0, 0, i, a]
-            total, k = late_s[i] / period * newest, 0
+            total, k = late_s[i] / period * past[newest, 0, i, a], 0
             while k < wait:
-                share = min(1.0, wait - k)
-                before = past[k, 0, i, a] + share * (past[k + 1, 0, i, a] - past[k, 0, i, a])
-                total += 0.5 * share * (past[k, 0, i, a] + before)
+                share, later = min(1.0, wait - k), past[(newest - k) % rows, 0, i, a]
+                before = later + share * (past[(newest - k - 1) % rows, 0, i, a] - later)
+                total += 0.5 * share * (later + before)
                 k += 1
             turns[i, a] = period * total if total * 0.0 == 0.0 else 0.0
 
@@ -195,7 +213,7 @@ def advanced(q: Any, turns: Any) -> Any:
 
 @compiled
 def correlate(
-    q: Any, rest: Any, ends: Any, gyr: Any, acc: Any, sound: Any, rates: Any, period: float, frame: Any,
+    q: Any, rest: Any, ends: Any, gyr: Any, acc: Any, seen: Any, period: float, spacing: int, frame: Any,
     mean: Any, kept: Any, product: Any, energy: Any, lasted: Any
 ) -> None:
     """Add the newest two samples to the correlations of all joints.
@@ -203,65 +221,70 @@ def correlate(
     Parameters
     ----------
     q: (joints, 4); rest: (joints, ...), with the lever arms l_p and l_c from 3 on, m.
-    gyr, acc: (2, n, 3), sample before and this one; sound: (n,), whether both of a sensor are.
-    rates: (n, 3), mean over the period, rad/s.
+    gyr, acc: (2, n, 3), sample before and this one; seen: (2, n), LOST, EXCEEDED, DOUBTED or SOUND.
+    period: of the samples, s; spacing: number of samples since the last call.
     Others: as in Lateness; updated.
     """
-    left, share = math.exp(-period / _FADES_S), 1.0 - math.exp(-period * _LOWEST)
+    elapsed = spacing * period
+    left, share = math.exp(-elapsed / _FADES_S), 1.0 - math.exp(-elapsed * _LOWEST)
     lags, matrix = kept.shape[2] - 1, np.empty((3, 3))
     for j in range(ends.shape[0]):
         p, c = ends[j, 0], ends[j, 1]
-        turn = turn_by(period * rates[c, 0], period * rates[c, 1], period * rates[c, 2])
+        # Both sides are turned alike, so that a small error of this turn changes nothing.
+        turn = turn_by(elapsed * gyr[1, c, 0], elapsed * gyr[1, c, 1], elapsed * gyr[1, c, 2])
         store(frame[j], multiply(components(frame[j]), turn))
+        usable = q[j, 0] * 0.0 == 0.0 and min(seen[0, p], seen[1, p], seen[0, c], seen[1, c]) == SOUND
         for side in range(2):
             for k in range(lags, 0, -1):
                 for a in range(3):
                     kept[j, side, k, a] = kept[j, side, k - 1, a]
-        usable = sound[p] and sound[c] and q[j, 0] * 0.0 == 0.0
-        for side in range(2):
-            i = ends[j, side]
-            if usable:
-                spin_matrix(mean_of(gyr, i), change_of(gyr, i, period), matrix)
-                f, arm = mean_of(acc, i), 3 + 3 * side
-                for a in range(3):
-                    kept[j, side, 0, a] = f[a] - (
-                        matrix[a, 0] * rest[j, arm] + matrix[a, 1] * rest[j, arm + 1]
-                        + matrix[a, 2] * rest[j, arm + 2])
-                v = (kept[j, side, 0, 0], kept[j, side, 0, 1], kept[j, side, 0, 2])
-                if side == 0:
-                    v = rotated(conjugate(components(q[j])), v)
-                v = rotated(components(frame[j]), v)
-                for a in range(3):
-                    mean[j, side, a] += share * (v[a] - mean[j, side, a])
-                    kept[j, side, 0, a] = v[a] - mean[j, side, a]
-            else:
-                kept[j, side, 0, :] = 0.0
-        for side in range(2):
-            now = kept[j, side, 0]
-            energy[j, side] = left * energy[j, side] + dot(now, now)
+            if not usable:
+                kept[j, side, 0, 0], kept[j, side, 0, 1], kept[j, side, 0, 2] = 0.0, 0.0, 0.0
+                energy[j, side] *= left
+                continue
+            i, arm = ends[j, side], 3 + 3 * side
+            spin_matrix(mean_of(gyr, i), change_of(gyr, i, period), matrix)
+            f = mean_of(acc, i)
+            v = (f[0] - _row(matrix, 0, rest, j, arm), f[1] - _row(matrix, 1, rest, j, arm),
+                 f[2] - _row(matrix, 2, rest, j, arm))
+            if side == 0:
+                v = rotated(conjugate(components(q[j])), v)
+            v = rotated(components(frame[j]), v)
+            square = 0.0
+            for a in range(3):
+                mean[j, side, a] += share * (v[a] - mean[j, side, a])
+                kept[j, side, 0, a] = v[a] - mean[j, side, a]
+                square += kept[j, side, 0, a] ** 2
+            energy[j, side] = left * energy[j, side] + square
         for k in range(lags + 1):
-            product[j, lags + k] = left * product[j, lags + k] + dot(kept[j, 0, k], kept[j, 1, 0])
+            later, earlier = 0.0, 0.0
+            for a in range(3):
+                later += kept[j, 0, k, a] * kept[j, 1, 0, a]
+                earlier += kept[j, 0, 0, a] * kept[j, 1, k, a]
+            product[j, lags + k] = left * product[j, lags + k] + later
             if k > 0:
-                product[j, lags - k] = left * product[j, lags - k] + dot(kept[j, 0, 0], kept[j, 1, k])
-        lasted[j] = left * lasted[j] + period
+                product[j, lags - k] = left * product[j, lags - k] + earlier
+        lasted[j] = left * lasted[j] + elapsed
 
 
-def differences(found: Lateness, period_s: float) -> tuple[Array, Array]:
-    """By how much each child is later than its parent, and its sd, s, (joints,); NaN where unknown."""
-    lags = found.kept.shape[2] - 1
-    late, sd = np.full(len(found.lasted), np.nan), np.full(len(found.lasted), np.nan)
-    for j, product in enumerate(found.product):
-        k = int(np.argmax(product))
-        if found.lasted[j] < _FIRST_S or not 0 < k < 2 * lags or product[k] <= 0.0:
+@compiled
+def _row(matrix: Any, i: int, rest: Any, j: int, arm: int) -> Any:
+    return matrix[i, 0] * rest[j, arm] + matrix[i, 1] * rest[j, arm + 1] + matrix[i, 2] * rest[j, arm + 2]
+
+
+@compiled
+def differences(product: Any, energy: Any, lasted: Any, spacing_s: float, late_s: Any, sd_s: Any) -> None:
+    """Write by how much each child is later than its parent, and its sd, s, (joints,); inf where unknown."""
+    middle = product.shape[1] // 2
+    for j in range(lasted.size):
+        late_s[j], sd_s[j], k = 0.0, math.inf, int(np.argmax(product[j]))
+        peak = product[j, k]
+        if lasted[j] < _FIRST_S or not 0 < k < 2 * middle or not peak > 0.0:
             continue
-        before, peak, after = product[k - 1:k + 2]
+        before, after = product[j, k - 1], product[j, k + 1]
         bend = 2.0 * peak - before - after
-        if bend <= 0.0:
-            continue
-        late[j] = (k - lags + 0.5 * (after - before) / bend) * period_s
-        rho = min(0.99, float(peak / math.sqrt(found.energy[j].prod())))
-        if rho < max(_SHARED, _SHARED_SDS * math.sqrt(period_s / (3.0 * found.lasted[j]))):
-            continue
-        omega = math.sqrt(bend / peak) / period_s
-        sd[j] = math.sqrt((1.0 - rho ** 2) * math.pi / (rho ** 2 * found.lasted[j] * omega ** 3))
-    return late, sd
+        rho = min(0.99, peak / math.sqrt(energy[j, 0] * energy[j, 1]))
+        if bend > 0.0 and rho > max(_SHARED, _SHARED_SDS * math.sqrt(spacing_s / (3.0 * lasted[j]))):
+            omega = math.sqrt(bend / peak) / spacing_s
+            late_s[j] = (k - middle + 0.5 * (after - before) / bend) * spacing_s
+            sd_s[j] = math.sqrt((1.0 - rho ** 2) * math.pi / (rho ** 2 * lasted[j] * omega ** 3))

@@ -21,6 +21,8 @@ from estimators.fusion.front_end import VqfBank
 from estimators.gaps import Gaps, lost_samples
 
 Array = NDArray[np.float64]
+_LOOK = 10
+"""Samples after which headings are looked at anew (chosen: corrections add up over seconds)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -107,11 +109,13 @@ def take(state: ConstrainedState, repeated: bool, gap: bool) -> None:
         state.pose_acc[sound] += state.acc[1, sound]
         state.pose_counts += sound
     clocks = state.lateness
-    correlate(found.q[0], found.rest[0], table.ends, state.gyr, state.acc, (state.seen == SOUND).all(axis=0),
-              gaps.means, arrivals.period_s, clocks.frame, clocks.mean, clocks.kept, clocks.product,
-              clocks.energy, clocks.lasted)
+    if state.taken % clocks.spacing == 0:
+        correlate(found.q[0], found.rest[0], table.ends, state.gyr, state.acc, state.seen, clocks.period_s,
+                  clocks.spacing, clocks.frame, clocks.mean, clocks.kept, clocks.product, clocks.energy,
+                  clocks.lasted)
     state.taken += 1
-    forget_contradicted(found.q, found.rest[0], found.doubt, table.kinds)
+    if state.taken % _LOOK == 0:
+        forget_contradicted(found.q, found.rest[0], found.doubt, table.kinds)
     # A sum with NaN is NaN: one test shows whether all joints have begun.
     if not math.isfinite(found.q[0].sum()):
         begin_missing(found, table, state.acc[1], state.seen[1] == SOUND, state.unknown,

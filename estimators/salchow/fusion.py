@@ -546,7 +546,7 @@ def _fuse(
     gap = bridge(arrivals.samples[0], arrivals.codes[0], elapsed_s, fresh[0], state.period_s,
                  method.unseen_rate, gaps)
     widen(arrivals.codes, elapsed_s, method.clipped_rate, state.forget, gaps, state.missed)
-    if state.aligned_ns is not None:
+    if state.aligned_ns is not None and (state.overrun.under_way or not arrivals.faultless):
         state.overrun.note(arrivals.codes, elapsed_s, tick)
     for _ in range(ticks):
         if arrivals.sound and not gap:
