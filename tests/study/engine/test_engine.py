@@ -15,11 +15,12 @@ from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_st
 
 from fesloop import load as load_experiment
 from fesloop.analysis.study import load
+from fesloop.analysis.study.design.plan import plan
 from fesloop.analysis.study.design.study_file import read_study
 from fesloop.analysis.study.engine import cluster, coordinator, preparing, running, worker
 from fesloop.analysis.study.engine.cluster import connected
 from fesloop.analysis.study.engine.coordinator import run_study
-from fesloop.analysis.study.engine.preparing import prepare_one
+from fesloop.analysis.study.engine.preparing import meanwhile, prepare_one
 from fesloop.analysis.study.engine.running import DIED
 from fesloop.analysis.study.engine.tasks import Done, Task, completed
 from fesloop.errors import InputError, InputErrors, RunError
@@ -333,3 +334,14 @@ def test_memory_does_not_grow_with_tasks_that_are_not_under_way(address):
     assert done == len(drawn) == 100
 
 
+
+
+def test_a_plan_that_is_known_is_compared_by_cells_with_every_level(tmp_path):
+    study = read_study(write_study(
+        tmp_path, '[axes.latency_ms]\nvalues = [0, 10, 20]\n[axes.strength]\nkey = "blocks.finger.strength"\n'
+        "values = [1.0, 1.1, 1.2, 1.3]\n"))
+    whole, few = (list(plan(study, meanwhile(study), known=known)) for known in (False, True))
+    assert (len(whole), len(few)) == (12, 6)
+    assert {(name, level) for each in few for name, level in each.cell.levels.items()} == {
+        (name, level) for each in whole for name, level in each.cell.levels.items()}
+    assert all(each == whole[each.cell.number] for each in few)

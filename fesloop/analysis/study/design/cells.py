@@ -49,6 +49,19 @@ def cells_of(study: Study) -> Iterator[Cell]:
         yield _cell(study, number, dict(zip(study.axes, levels, strict=True)))
 
 
+def covering(study: Study) -> Iterator[Cell]:
+    """Cells in which every level of every axis occurs, by taking each that has one which none before had.
+
+    Whatever file or setting has changed since a plan was stored, a level names it: comparing these is enough.
+    """
+    seen: set[tuple[str, LevelValue]] = set()
+    for cell in cells_of(study):
+        levels = set(cell.levels.items())
+        if not cell.number or not levels <= seen:
+            seen |= levels
+            yield cell
+
+
 def base_cells(study: Study) -> list[Cell]:
     """A cell without axes for each base experiment of the study."""
     replaced = any(all(option.experiment for option in axis.options.values())

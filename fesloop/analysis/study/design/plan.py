@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fesloop.analysis.study.design.cells import Cell, cells_of
+from fesloop.analysis.study.design.cells import Cell, cells_of, covering
 from fesloop.analysis.study.design.study import Study
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.files.parse import from_document, read
@@ -85,15 +85,15 @@ class Resolver:
 
 
 def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | None = None, *,
-         checked: bool = False) -> Iterator[PlannedCell]:
-    """All cells with their runs.
+         checked: bool = False, known: bool = False) -> Iterator[PlannedCell]:
+    """All cells with their runs; of a plan that is `known`, those that show whether it is the same.
 
     After the last cell, raises InputErrors with the faults of all cells, each once and with its first cell;
     of many faults, further ones are counted. With `checked`, all cells are sound but for what was prepared
     for them: a cell that its model makes invalid has failed runs with that cause.
     """
     resolver, faults = Resolver(study.folder), dict[str, InputError]()
-    for cell in cells_of(study):
+    for cell in covering(study) if known else cells_of(study):
         try:
             experiment = resolver.experiment(cell.experiment, (*cell.settings, *prepared(cell)),
                                              study.about.seed)

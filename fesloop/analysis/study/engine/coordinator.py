@@ -84,7 +84,8 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
     require_workers(workers)
     preparations = Preparations(study)
     with Store(Path(out) / study.name, study, mix_versions=mix_versions) as store:
-        checked = plan(study, meanwhile(study), lambda share: watch.stage("check", share))
+        known = store.planned == study.cells
+        checked = plan(study, meanwhile(study), lambda share: watch.stage("check", share), known=known)
         if study.prepare:
             deque(checked, maxlen=0)
         else:
@@ -106,8 +107,10 @@ def _run_all(client: Any, study: Study, preparations: Preparations, store: Store
         _try_bases(client, study, store, watch)
     if study.prepare:
         with TemporaryDirectory(prefix="fesloop-") as folder:
+            known = store.planned == study.cells and not _missing(preparations, store, retry_failed)
             settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
-            store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share), checked=True))
+            store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share), checked=True,
+                                known=known))
     run_pending(client, study, store, retry_failed, watch)
 
 
@@ -119,12 +122,17 @@ def await_workers(client: Any, watch: Watch) -> None:
         time.sleep(_LOOK_S)
 
 
+def _missing(preparations: Preparations, store: Store, retry_failed: bool) -> dict[str, Any]:
+    """Models that are still to be prepared, by id."""
+    there = {id for id, entry in store.prepared().items() if entry[0] == "done" or not retry_failed}
+    return {id: each for id, each in preparations.needed.items() if id not in there}
+
+
 def _prepare(client: Any, study: Study, preparations: Preparations, store: Store, folder: Path,
              retry_failed: bool, watch: Watch) -> Settings:
     """Prepare the models that are missing, as files in `folder`; the settings of each cell that name them."""
-    found = {id: entry for id, entry in store.prepared().items()
-             if entry[0] == "done" or not retry_failed}
-    missing = {id: each for id, each in preparations.needed.items() if id not in found}
+    missing = _missing(preparations, store, retry_failed)
+    found = {id: entry for id, entry in store.prepared().items() if id not in missing}
     tasks = (Task(id, prepare_one, (id, document, study.about.seed))
              for id, (_, document) in missing.items())
     for number, each in enumerate(each_of(completed(client, tasks, lambda: lacks_workers(client, watch)))):

@@ -232,13 +232,17 @@ class Store:
         self._file.close()
         self._lock.close()
 
+    @property
+    def planned(self) -> int:
+        """Number of cells of the stored plan."""
+        return int(self._file.execute("SELECT count(*) FROM cells").fetchone()[0])
+
     def put_plan(self, cells: Iterable[PlannedCell]) -> float:
         """Store every cell and run, or compare them with the stored plan; the simulated seconds of all runs.
 
         Raises InputError where the stored plan differs, as when the base experiment has changed.
         """
-        planned = self._file.execute("SELECT count(*) FROM cells").fetchone()[0]
-        simulated_s = 0.0
+        planned, simulated_s = self.planned, 0.0
         with named(self.path), self._transaction():
             for each in cells:
                 self._compare(each) if planned else self._add(each)
