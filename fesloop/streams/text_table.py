@@ -112,6 +112,8 @@ def parse_columns(path: Path, where: str, texts: Sequence[str], **form: Any) -> 
     except csv.Error as fault:
         raise InputError(f"{where}: line {before + reader.line_num}", f"is no row: {fault}",
                          "rows of cells") from None
+    if len(rows) > 1 and not any(cells[-1] for cells in rows):
+        rows = [cells[:-1] for cells in rows]  # a separator behind the last cell of every line
     if len(rows) < 2:
         raise InputError(where, "holds no row after its names" if rows else "is empty", "one or more rows")
     names = rows[0]
@@ -150,11 +152,17 @@ def parse_table(path: Path, where: str, **form: Any) -> dict[str, Any]:
     text_form = TextForm(**{**form, "missing": tuple(form["missing"])})
     text = read_text(path, "a table of numbers", where)
     lines = text.splitlines()
-    rows = [line for line in lines[text_form.header:] if line.strip()]
-    if not rows:
+    numbered = [(number, line) for number, line in enumerate(lines, start=1)
+                if number > text_form.header and line.strip()]
+    if not numbered:
         raise InputError(where, f"holds no row after {text_form.header} lines of header", "one or more rows")
     names = tuple(text_form.cells(lines[text_form.header - 1])) if text_form.header else ()
+    rows = [line for _, line in numbered]
+    if not names or not names[-1] or len(names) < len(text_form.cells(rows[0])):
+        rows = _without_last_separator(rows, text_form.separator)
     columns = len(text_form.cells(rows[0]))
+    if names and not names[-1] and len(names) == columns + 1:
+        names = names[:-1]
     if columns > _MOST_COLUMNS:
         raise InputError(where, f"has {columns} columns", f"at most {_MOST_COLUMNS}")
     if names and len(names) != columns:
@@ -168,16 +176,21 @@ def parse_table(path: Path, where: str, **form: Any) -> dict[str, Any]:
             return {"names": names, "values": values}
         except ValueError:
             pass  # it holds missing numbers or faults
-    return {"names": names, "values": _cell_by_cell(lines, text_form, columns, names, where)}
+    places = [number for number, _ in numbered]
+    return {"names": names, "values": _cell_by_cell(rows, places, text_form, columns, names, where)}
 
 
-def _cell_by_cell(lines: Sequence[str], form: TextForm, columns: int, names: Sequence[str],
-                  where: str) -> Array:
-    """Values of the rows; InputError for the first cell that is no number, or row of another length."""
+def _without_last_separator(rows: list[str], separator: str) -> list[str]:
+    """Rows without the separator behind their last cell, where every one has it: it ends no column."""
+    ended = [row.rstrip(" ") for row in rows]
+    return [row[:-1] for row in ended] if all(row.endswith(separator) for row in ended) else rows
+
+
+def _cell_by_cell(rows: Sequence[str], places: Sequence[int], form: TextForm, columns: int,
+                  names: Sequence[str], where: str) -> Array:
+    """Values of the rows, at lines `places`; InputError for what is no number or no row."""
     values = []
-    for number, line in enumerate(lines[form.header:], start=form.header + 1):
-        if not line.strip():
-            continue
+    for number, line in zip(places, rows, strict=True):
         cells = form.cells(line)
         if len(cells) != columns:
             raise InputError(f"{where}: line {number}", f"has {len(cells)} columns, the first row has "

@@ -294,3 +294,36 @@ def test_a_sensor_set_beside_a_layout_is_refused(tmp_path):
     paths = written(tmp_path)
     with pytest.raises(InputError, match="and a layout are given"):
         open_recording(paths[0], "imu", paths[1])
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", "|"])
+@pytest.mark.parametrize("ended", ["rows", "names", "all"])
+def test_a_separator_behind_the_last_cell_ends_no_column(tmp_path, separator, ended):
+    layout = LAYOUT.replace("[units]", f"[text]\nseparator = '{separator}'\n[units]").replace("'\t'", '"\\t"')
+    plain = opened(written(tmp_path, layout, separator=separator))
+    paths = written(tmp_path, layout, separator=separator)
+    names, *rows = paths[0].read_text().splitlines()
+    names += separator * (ended != "rows")
+    paths[0].write_text("\n".join([names, *(row + separator * (ended != "names") for row in rows)]))
+    recording = opened(paths)
+    assert recording.fingerprint() == plain.fingerprint()
+    # A mark for what is missing makes it read cell by cell.
+    paths[0].write_text(paths[0].read_text().replace(rows[5].split(separator)[1], "n/a", 1))
+    assert np.isnan(opened(paths).gyr).sum() == 1
+
+
+def test_a_last_column_without_numbers_is_a_column_if_it_has_a_name(tmp_path):
+    path = tmp_path / "numbers.txt"
+    path.write_text("a,b,note\n1,2,\n3,4,\n")
+    read = read_table(path, TextForm())
+    assert read.names == ("a", "b", "note")
+    np.testing.assert_array_equal(read.values, [[1, 2, np.nan], [3, 4, np.nan]])
+    path.write_text("a,b,\n1,2,3\n")
+    assert read_table(path, TextForm()).names == ("a", "b", "")
+
+
+def test_a_separator_behind_every_row_is_not_behind_some(tmp_path):
+    path = tmp_path / "numbers.txt"
+    path.write_text("a,b\n1,2,\n3,4\n")
+    with pytest.raises(InputError, match="line 1: names 2 columns, the first row has 3"):
+        read_table(path, TextForm())
