@@ -100,13 +100,13 @@ def _likely_unit(median: float) -> str:
 
 
 def orientations(quaternions: Array, place: str) -> Array:
-    """Quaternions (n, 4) with length 1, whole rows NaN where a component is.
+    """Quaternions (n, 4) with length 1, whole rows NaN where a component is, or where all are zero.
 
     Raises where a length is off by more than 1 %, and where nothing but NaN is left.
     """
-    known = np.isfinite(quaternions).all(axis=1)
+    known = np.isfinite(quaternions).all(axis=1) & quaternions.any(axis=1)
     if not known.any():
-        raise InputError(place, "holds no orientation at all", "quaternions, NaN only where occluded")
+        raise InputError(place, "holds no orientation at all", "quaternions, NaN or zeros where occluded")
     length = np.linalg.norm(quaternions[known], axis=1)
     off = np.abs(length - 1.0) > 0.01
     if off.any():

@@ -54,13 +54,13 @@ def _doubts(recording: MotionRecording, first: int, stop: int | None, found: Seq
 
 @dataclass(frozen=True, slots=True)
 class Lacking:
-    """Gaps, lost samples and changes of rate of a whole recording.
+    """Gaps, lost samples, a changing rate and a missing reference of a whole recording.
 
     Attributes
     ----------
     rate_hz: of the samples between gaps.
     gaps: stretches without samples.
-    text: all that is lacking, and a rate that changes; empty for nothing.
+    text: all that is lacking, in the reference too, and a rate that changes; empty for nothing.
     """
 
     rate_hz: float
@@ -69,7 +69,7 @@ class Lacking:
 
 
 def lacking_in(recording: MotionRecording) -> Lacking:
-    """Gaps, lost samples and changes of rate of a recording."""
+    """What a recording lacks."""
     times_s = recording.stamps_ns / NS_PER_S
     pace = pace_of(times_s)
     gaps, changed = gaps_of(times_s, pace), rate_change(times_s, pace)
@@ -78,6 +78,13 @@ def lacking_in(recording: MotionRecording) -> Lacking:
         at_s, before, then = changed
         texts.append(f"the rate changes from {before:.4g} Hz to {then:.4g} Hz at {at_s:.4g} s: only a part "
                      "of one rate can be played, with start_s and duration_s")
+    if recording.reference is not None:
+        unknown = np.isnan(recording.reference.orientation).any(axis=2)
+        counts = zip(recording.sensors, unknown.sum(axis=0).tolist(), strict=True)
+        shares = [f"{name} {count} of {len(unknown)}" for name, count in counts if count]
+        if shares:
+            texts.append(f"orientations of the reference that are missing, NaN or zeros: "
+                         f"{_first_few(shares, 'sensors more')}")
     return Lacking(pace.rate_hz if pace.period_s > 0.0 else 0.0, tuple(gaps), "; ".join(filter(None, texts)))
 
 

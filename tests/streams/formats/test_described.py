@@ -11,6 +11,7 @@ from recording_files import CONTENTS, SAMPLES, still
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
+from fesloop.apps.cli import main
 from fesloop.errors import InputError, InputErrors
 from fesloop.streams.files import open_recording
 from fesloop.streams.text_table import TextForm, read_table
@@ -327,3 +328,17 @@ def test_a_separator_behind_every_row_is_not_behind_some(tmp_path):
     path.write_text("a,b\n1,2,\n3,4\n")
     with pytest.raises(InputError, match="line 1: names 2 columns, the first row has 3"):
         read_table(path, TextForm())
+
+
+def test_a_reference_of_zeros_is_missing_and_reported_once(tmp_path, capsys):
+    turned = np.tile([1.0, 0.0, 0.0, 0.0], (SAMPLES, 2))
+    turned[:3] = 0.0
+    turned[3, 4:] = 0.0
+    layout = LAYOUT.replace("[sensors.hand]", 'orientation = [14, 15, 16, 17]\n[sensors.hand]')
+    paths = written(tmp_path, layout + "orientation = [18, 19, 20, 21]\n[reference]\nsensor_frames = false\n",
+                    values=np.hstack([table(), turned]), names=[*NAMES, *"ijklmnop"])
+    recording = opened(paths)
+    assert np.isnan(recording.reference.orientation).all(axis=2).sum(axis=0).tolist() == [3, 4]
+    assert main(["import", str(paths[0]), str(tmp_path / "lab.h5"), "--layout", str(paths[1])]) == 0
+    (told,) = [line for line in capsys.readouterr().err.splitlines() if "NaN or zeros" in line]
+    assert f"missing, NaN or zeros: forearm 3 of {SAMPLES}, hand 4 of {SAMPLES}" in told
