@@ -21,7 +21,7 @@ FIELD_BAND = (2e-6, 1e-3)
 """T; the Earth's field is 25 to 65 uT, and iron indoors changes it by less than tenfold (chosen)."""
 EARTH_BAND = (15e-6, 100e-6)
 """T; range of the Earth's field; a factor that leads into it is a factor of units (chosen)."""
-_UNITS = {"uT": 1e-6, "gauss": 1e-4, "mgauss": 1e-7, "nT": 1e-9, "mT": 1e-3}
+_UNITS = {"T": 1.0, "uT": 1e-6, "gauss": 1e-4, "mgauss": 1e-7, "nT": 1e-9, "mT": 1e-3}
 
 
 def entry(content: Mapping[str, Any], key: str, where: str) -> Any:
@@ -94,9 +94,11 @@ def plausible_mag(mag: Array, place: str) -> None:
 
 def _likely_unit(median: float) -> str:
     """Remedy for a median field: the likely unit of the numbers, and the unit that they are read in."""
-    found = [f"{its} read as {taken}" for its, one in _UNITS.items() for taken, other in _UNITS.items()
+    found = [f"{its} read as {taken}" for taken, other in _UNITS.items() for its, one in _UNITS.items()
              if EARTH_BAND[0] <= median * one / other <= EARTH_BAND[1]]
-    return f"look at the unit: it looks like {' or '.join(found[:3])}" if found else "look at the unit"
+    state = f"state it as `units.mag` of a layout, one of {', '.join(_UNITS)}"
+    return f"the unit looks like {' or '.join(found[:4])}: {state}" if found else (
+        f"no unit explains that: {state}, or leave the magnetometers out")
 
 
 def orientations(quaternions: Array, place: str) -> Array:

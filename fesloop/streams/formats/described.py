@@ -36,7 +36,9 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
     layout = read_layout(layout_path)
     source_format, source = source_of(path, layout, layout_path)
     units = {"gyr": layout.units.gyr, "acc": layout.units.acc, "mag": layout.units.mag}
-    scales = {kind: factor(kind, unit, f"{layout_path}: units.{kind}", "") for kind, unit in units.items()}
+    scales = {kind: factor(kind, unit, f"{layout_path}: units.{kind}",
+                           "leave the magnetometers out if theirs is unknown" if kind == "mag" else "")
+              for kind, unit in units.items()}
     sensors: dict[str, dict[str, Array]] = {}
     for name, sensor in layout.sensors.items():
         for kind, place in (("gyr", sensor.gyr), ("acc", sensor.acc), ("mag", sensor.mag)):

@@ -342,3 +342,14 @@ def test_a_reference_of_zeros_is_missing_and_reported_once(tmp_path, capsys):
     assert main(["import", str(paths[0]), str(tmp_path / "lab.h5"), "--layout", str(paths[1])]) == 0
     (told,) = [line for line in capsys.readouterr().err.splitlines() if "NaN or zeros" in line]
     assert f"missing, NaN or zeros: forearm 3 of {SAMPLES}, hand 4 of {SAMPLES}" in told
+
+
+def test_magnetometers_without_a_unit_are_refused_with_the_key_for_it(tmp_path):
+    field = np.tile([20.0, 0.0, -40.0], (SAMPLES, 1))
+    layout = LAYOUT.replace("[sensors.hand]", "mag = [14, 15, 16]\n[sensors.hand]") + "mag = [17, 18, 19]\n"
+    paths = written(tmp_path, layout, values=np.hstack([table(), field, field]), names=[*NAMES, *"ijklmn"])
+    refused(paths, "forearm: mag", "uT read as T", "units.mag", "uT, gauss")
+    paths[1].write_text(layout.replace("[units]", '[units]\nmag = "a.u."'))
+    refused(paths, "units.mag: 'a.u.' is no unit", "leave the magnetometers out")
+    paths[1].write_text(layout.replace("[units]", '[units]\nmag = "uT"'))
+    np.testing.assert_allclose(opened(paths).mag[0, 0], [20e-6, 0.0, -40e-6])
