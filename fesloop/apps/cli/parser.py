@@ -161,7 +161,8 @@ def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--stimulation", action="store_true", help="SOURCE holds torque, force or movement "
                          "against pulse width and current (docs/howto/stimulation_recordings.md)")
     command.add_argument("--layout", metavar="FILE",
-                         help="layout of SOURCE, for files that do not describe themselves")
+                         help="layout of SOURCE, for files that do not describe themselves; it may "
+                         "name further files of the same recording (docs/files.md)")
     command.add_argument("--sensor-set", metavar="NAME",
                          help="sensors to read, where SOURCE holds several sets: streams of XDF or tracking "
                          "systems of Motion-BIDS, separated by commas")

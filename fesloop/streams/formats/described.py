@@ -50,6 +50,8 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
     sensors = {name: hold(samples, every) for name, samples in sensors.items()}
     length = len(next(iter(sensors.values()))["gyr"])
     stamps, rate = _time_base(source, layout.rate, layout.time, length, layout, f"{layout_path}: ")
+    checks.equal_lengths({f"sensors.{name}.{kind}": len(samples) for name, each in sensors.items()
+                          for kind, samples in each.items()}, str(layout_path))
     names = list(layout.sensors)
     return recording_of(
         path, source_format, sensors, stamps, rate, reference=_reference(source, layout, stamps, layout_path),

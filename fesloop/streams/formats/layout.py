@@ -16,6 +16,7 @@
     gyr = ["wx", "wy", "wz"]        # columns by name, or by number from 1
     acc = {variable = "imu.data", columns = [4, 5, 6]}    # of a matrix in a .mat or .npz file
     mag = "imu.field"               # a whole variable, (n, 3) or (3, n)
+    # or of another file of as many rows: mag = {file = "mag.csv", columns = ["x", "y", "z"]}
     orientation = ["q0", "q1", "q2", "q3"]
     axes = ["-z", "-x", "y"]        # of the sensor, that point along the segment's x, y and z
 
@@ -47,17 +48,25 @@ _AXES = ("x", "y", "z")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Columns:
-    """Some columns of a matrix in a file that holds several.
+    """Some columns of a matrix in a file that holds several, or of another file.
 
     Attributes
     ----------
-    variable: its name; a dot leads into a structure; of an XDF file, the name of a stream. An array (n, a, b)
-        has the columns of its first row of b, then those of the next.
-    columns: numbers from 1; of a stream also labels.
+    file: name of the other file, in the folder of the recording, of as many rows; empty: the recording.
+    variable: name of the matrix, empty in a text table; a dot leads into a structure; of an XDF file, the
+        name of a stream. An array (n, a, b) has the columns of its first row of b, then those of the next.
+    columns: numbers from 1; of a stream or a table also names.
+
+    Raises InputError without both.
     """
 
-    variable: str
     columns: tuple[int | str, ...]
+    variable: str = ""
+    file: str = ""
+
+    def __post_init__(self) -> None:
+        if not (self.variable or self.file):
+            raise InputError("variable", "is missing", "variable, file, or both", "or give the columns alone")
 
 
 Place = str | int | tuple[str | int, ...] | Columns

@@ -281,7 +281,9 @@ def _files(path: Path) -> dict[str, Path]:
         if len(files) > _MOST_FILES:
             raise InputError(str(path), f"holds more than {_MOST_FILES} recordings", _ALLOWED)
     if not files:
-        raise InputError(str(path), "is a folder without a Motion-BIDS recording", _ALLOWED)
+        raise InputError(str(path), "is a folder without a Motion-BIDS recording", _ALLOWED,
+                         "of a recording in several tables, import one, with a layout that names the others "
+                         'as {file = "NAME", columns = [...]}')
     recordings = {tuple(_but_system(file).items()) for file in files}
     if len(recordings) > 1:
         raise InputError(str(path), f"holds {len(recordings)} recordings, such as "

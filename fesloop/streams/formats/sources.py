@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,6 +19,7 @@ from fesloop.streams.formats.xdf import SIGNATURE, XdfStream, instants_s, read_s
 from fesloop.streams.reading import head_of, is_container, read_container
 from fesloop.streams.text_table import TextTable, read_table
 
+_OTHER_FILE = 'columns of another file are {file = "NAME", columns = [...]}'
 _ALLOWED = "a text file with a table of numbers, a .mat, .npz, HDF5 or XDF file"
 
 
@@ -39,18 +41,64 @@ class Source(Protocol):
 
 
 def source_of(path: Path, layout: Layout, layout_path: Path) -> tuple[str, Source]:
-    """The form of a file, "xdf", "variables" or "table", and the source of its numbers."""
+    """The form of a file, "xdf", "variables" or "table", and the source of its numbers.
+
+    Columns of other files are read from these. Raises InputError for files that cannot be read.
+    """
+    places = [place for each in layout.sensors.values()
+              for place in (each.gyr, each.acc, each.mag, each.orientation)]
+    places += [layout.time, layout.reference.time, layout.reference.scored]
+    chosen = [place for place in places if isinstance(place, Columns)]
+    others = {place.file: path.parent / place.file for place in chosen if place.file}
+    source_format, source = _source(path, layout, layout_path, chosen)
+    if not others:
+        return source_format, source
+    return source_format, _Several(source, {
+        name: _source(other, layout, layout_path, chosen)[1] for name, other in others.items()})
+
+
+def _source(path: Path, layout: Layout, layout_path: Path, chosen: Sequence[Columns]) -> tuple[str, Source]:
+    """The form of one file, and the source of its numbers."""
     head = head_of(path, _ALLOWED)
     if head.startswith(SIGNATURE):
-        places = [place for each in layout.sensors.values() for place in (each.gyr, each.acc, each.mag)]
+        if any(place.file for place in chosen):
+            raise InputError(f"{layout_path}: file", f"{path} is an XDF file", "tables and variables",
+                             "name its streams with `variable`")
         return "xdf", XdfSource(path, layout.time, str(layout_path), layout.resample, [
-            place.variable for place in places if isinstance(place, Columns)])
+            place.variable for place in chosen])
     if layout.resample is not None:
         raise InputError(f"{layout_path}: resample", f"{path} has one time base",
                          "an XDF file of several streams", "leave it out")
     if is_container(head):
         return "variables", _Variables(read_container(path), str(path))
     return "table", _Table(read_table(path, layout.text), str(path))
+
+
+class _Several:
+    """Columns of several files of the same rows: of `main`, and of `others` by name."""
+
+    def __init__(self, main: Source, others: Mapping[str, Source]) -> None:
+        self._main, self._others = main, others
+        self.resampled_hz = main.resampled_hz
+
+    def columns(self, place: Place, count: int, where: str) -> Array:
+        """See `Source`."""
+        source, own, _ = self._of(place)
+        return source.columns(own, count, where)
+
+    def numbers(self, place: Place, count: int, where: str) -> list[tuple[str, int]]:
+        """See `Source`."""
+        source, own, name = self._of(place)
+        return [(f"{name} {variable}".strip(), number)
+                for variable, number in source.numbers(own, count, where)]
+
+    def _of(self, place: Place) -> tuple[Source, Place, str]:
+        """Source of a place, the place in it, and the name of its file, "" for `main`."""
+        if not isinstance(place, Columns) or not place.file:
+            return self._main, place, ""
+        # Without a variable, columns are those of a table, or variables by name.
+        own = replace(place, file="") if place.variable else place.columns
+        return self._others[place.file], own, place.file
 
 
 class _Table:
@@ -67,7 +115,8 @@ class _Table:
     def numbers(self, place: Place, count: int, where: str) -> list[tuple[str, int]]:
         """See `Source`."""
         if isinstance(place, Columns):
-            raise InputError(where, "names a variable, but a text file is one table", "columns alone")
+            raise InputError(where, "names a variable, but a text file is one table", "columns alone",
+                             _OTHER_FILE)
         each = place if isinstance(place, tuple) else (place,)
         if len(each) != count:
             raise InputError(where, f"names {len(each)} columns", f"{count}")
@@ -81,8 +130,8 @@ class _Table:
             return column - 1
         if names.count(column) != 1:
             found = "is listed twice in" if column in names else "is no column of"
-            raise InputError(where, f"{column!r} {found} {self._where}",
-                             ", ".join(names[:12]) or "numbers", did_you_mean(column, names))
+            raise InputError(where, f"{column!r} {found} {self._where}", ", ".join(names[:12]) or "numbers",
+                             "; ".join(filter(None, (did_you_mean(column, names), _OTHER_FILE))))
         return names.index(column)
 
 
@@ -132,7 +181,7 @@ class _Variables:
             if not isinstance(here, Mapping) or part not in here:
                 known = list(here) if isinstance(here, Mapping) else []
                 raise InputError(where, f"{name!r} is not in {self._where}", ", ".join(known[:12]),
-                                 did_you_mean(part, known))
+                                 "; ".join(filter(None, (did_you_mean(part, known), _OTHER_FILE))))
             here = here[part]
         values = np.asarray(here) if not isinstance(here, (Mapping, list, str)) else np.zeros(0, "U1")
         if values.dtype.kind not in "fiub" or values.ndim > 3 or values.size < 2:

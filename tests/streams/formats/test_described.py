@@ -344,6 +344,46 @@ def test_a_reference_of_zeros_is_missing_and_reported_once(tmp_path, capsys):
     assert f"missing, NaN or zeros: forearm 3 of {SAMPLES}, hand 4 of {SAMPLES}" in told
 
 
+FILES = LAYOUT.replace('acc = [5, 6, 7]', 'acc = {file = "acc.csv", columns = ["a0", "a1", "a2"]}').replace(
+    'acc = ["b0", "b1", "b2"]', 'acc = {file = "acc.csv", columns = [4, 5, 6]}')
+
+
+def written_apart(folder, layout=FILES):
+    """The table with accelerations in a file of their own, and its layout."""
+    values = table()
+    written(folder, values=values[:, [4, 5, 6, 10, 11, 12]], names=["a0", "a1", "a2", "b0", "b1", "b2"])
+    (folder / "lab.csv").rename(folder / "acc.csv")
+    return written(folder, layout, values[:, [0, 1, 2, 3, 7, 8, 9]], names=[*NAMES[:4], *NAMES[7:10]])
+
+
+def test_a_recording_in_several_files_is_the_one_in_one(tmp_path):
+    whole = opened(written(tmp_path)).fingerprint()
+    assert opened(written_apart(tmp_path)).fingerprint() == whole
+    savemat(tmp_path / "acc.mat", {"force": table()[:, [4, 5, 6, 10, 11, 12]]})
+    layout = FILES.replace('acc.csv", columns = ["a0", "a1", "a2"]',
+                           'acc.mat", variable = "force", columns = [1, 2, 3]')
+    assert opened(written_apart(tmp_path, layout)).fingerprint() == whole
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ('file = "acc.csv", columns = ["a0', 'file = "no.csv", columns = ["a0', ("no.csv", "no such file")),
+    ('columns = [4, 5, 6]', 'columns = [4, 5, 9]', ("sensors.hand.acc", "column 9", "1 to 6", "acc.csv")),
+    ('columns = [4, 5, 6]', 'columns = [4, 5, 1]', ("sensors.hand.acc", "column 1 of acc.csv",
+                                                    "as well as sensors.forearm.acc")),
+    ('file = "acc.csv", columns = [4', 'columns = [4', ("sensors.hand.acc", "variable", "file, or both"))])
+def test_faults_of_several_files_are_named(tmp_path, old, new, words):
+    assert old in FILES
+    refused(written_apart(tmp_path, FILES.replace(old, new)), *words)
+
+
+def test_files_of_other_lengths_are_refused_and_a_missing_column_says_how_to_name_a_file(tmp_path):
+    paths = written_apart(tmp_path)
+    refused((paths[0], written_apart(tmp_path, LAYOUT)[1]), "'b0' is no column", "another file are {file =")
+    paths = written_apart(tmp_path)
+    (tmp_path / "acc.csv").write_text("\n".join((tmp_path / "acc.csv").read_text().splitlines()[:-3]))
+    refused(paths, "sensors.forearm.acc", f"has {SAMPLES - 3} samples, sensors.forearm.gyr has {SAMPLES}")
+
+
 def test_magnetometers_without_a_unit_are_refused_with_the_key_for_it(tmp_path):
     field = np.tile([20.0, 0.0, -40.0], (SAMPLES, 1))
     layout = LAYOUT.replace("[sensors.hand]", "mag = [14, 15, 16]\n[sensors.hand]") + "mag = [17, 18, 19]\n"
