@@ -68,7 +68,7 @@ def note_axes(s: Any, apart: float, elapsed: float) -> None:
 @compiled
 def contradicted(s: Any) -> bool:
     """Whether corrections of the rotation disagree, as after a heading that was decided wrongly."""
-    return _square(s, TURNED, 3) > _TURNED_LIMIT ** 2 * max(s[TURNED + 3], 1e-9)
+    return bool(_square(s, TURNED, 3) > _TURNED_LIMIT ** 2 * max(s[TURNED + 3], 1e-9))
 
 
 @compiled

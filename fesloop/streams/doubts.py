@@ -79,7 +79,7 @@ def lacking_in(recording: MotionRecording) -> Lacking:
         texts.append(f"the rate changes from {before:.4g} Hz to {then:.4g} Hz at {at_s:.4g} s: only a part "
                      "of one rate can be played, with start_s and duration_s")
     if recording.reference is not None:
-        unknown = np.isnan(recording.reference.orientation).any(axis=2)
+        unknown = np.asarray(np.isnan(recording.reference.orientation).any(axis=2))
         counts = zip(recording.sensors, unknown.sum(axis=0).tolist(), strict=True)
         shares = [f"{name} {count} of {len(unknown)}" for name, count in counts if count]
         if shares:
