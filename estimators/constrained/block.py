@@ -48,8 +48,8 @@ from estimators.constrained.filter import LOST, SOUND
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
 from estimators.constrained.lateness import Lateness, advanced, ahead
 from estimators.constrained.learning import AxisSearch
-from estimators.constrained.posture import posture
-from estimators.constrained.state import ConstrainedState, take
+from estimators.constrained.posture import mounting_scale, posture
+from estimators.constrained.state import LOOK, ConstrainedState, take
 from estimators.fusion.front_end import VqfBank
 from estimators.gaps import Gaps, bridge
 from fesloop.compiled import compiled
@@ -384,6 +384,8 @@ class ConstrainedTracker:
         if judge(found.rest[0], found.doubt, math.radians(self.tissue_sd_deg), state.misfit, state.doubted):
             report_misfits(misfit, state.misfit, table, tick)
         q, covariance, doubt = found.q[0], found.covariance[0], state.doubted
+        if state.taken % LOOK == 0:
+            state.scale = mounting_scale(found.rest[0], covariance, table.kinds, state.unknown.axis_sd ** 2)
         roots = state.roots.orientation()
         if state.lateness.known:
             turns = state.lateness.turns()
@@ -394,7 +396,8 @@ class ConstrainedTracker:
             doubt = np.hypot(doubt, state.watch.sizes[self.body.sensed[ends[:, 1]]])
         orientation, angles, sd, relative, worst = posture(
             roots, q, covariance, doubt, table.roots, ends, table.kinds,
-            table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd, *self._misalignment())
+            table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd, *self._misalignment(),
+            state.scale)
         if first or status_changed(worst, math.radians(self.uncertain_deg), state.status):
             report(worst, math.radians(self.uncertain_deg), state.status, table, first, tick)
         over = state.taken > state.pose_samples or not state.pose_samples
@@ -406,7 +409,7 @@ class ConstrainedTracker:
             self._compare(state, self.body, state.watch, angles, sd, tick)
         tips, tip_sd = fingertip_posture(
             tree.layout, tree.geometry, self.body.tips, self.moving, relative, q, covariance, doubt,
-            table.kinds, table.axes, pair_sd, axis_sd)
+            table.kinds, table.axes, math.sqrt(state.scale) * pair_sd, math.sqrt(state.scale) * axis_sd)
         return orientation, angles, sd, tips, tip_sd, aligned_value(over and not state.contradicted)
 
     def _compare(self, state: ConstrainedState, body: Body, watch: ReleaseWatch, angles: Array, sd: Array,

@@ -9,6 +9,7 @@ import numpy as np
 
 from estimators.body.joint_constraints import BALL, HINGE, SADDLE
 from estimators.body.misalignment import add_misalignment
+from estimators.constrained.measurements import TILTS
 from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import (
@@ -72,7 +73,8 @@ def _allowed(q: Any, kind: int, axes: Any, share: float) -> Any:
 @compiled
 def posture(
     roots: Any, q: Any, covariance: Any, doubt: Any, root_of: Any, ends: Any, kinds: Any, axes: Any,
-    zero: Any, first_angle: Any, angles: int, pair_sd: float, axis_sd: float, pair: Any, growing: Any
+    zero: Any, first_angle: Any, angles: int, pair_sd: float, axis_sd: float, pair: Any, growing: Any,
+    scale: float
 ) -> Any:
     """Posture of the whole tree from its joint filters.
 
@@ -89,6 +91,7 @@ def posture(
     pair_sd, axis_sd: sds about each axis of one sensor's mounting relative to the other's, and of the joint's
         axes, rad.
     pair, growing: (joints,), variances of misalignment, as in `estimators.body.misalignment`, rad^2.
+    scale: of these, as motion shows.
     """
     whole = np.empty((3, 3))
     orientation, relative = np.empty((roots.shape[0] + ends.shape[0], 4)), np.empty((ends.shape[0], 4))
@@ -107,7 +110,7 @@ def posture(
             continue
         found, rows = joint_angles(between, kinds[j], axes[j], zero[j])
         whole[:] = covariance[j, :3, :3]
-        add_misalignment(between, pair[j], growing[j], whole)
+        add_misalignment(between, scale * pair[j], scale * growing[j], whole)
         for i in range(kinds[j] + 1):
             row = rows[i]
             variance = doubt[j] ** 2
@@ -119,6 +122,27 @@ def posture(
             sds[first_angle[j] + i] = sd
             worst[j] = max(worst[j], sd)
     return orientation, values, sds, relative, worst
+
+
+_STATED = 2.0
+"""Tilts that must be seen for them to count as much as what is stated (chosen)."""
+
+
+@compiled
+def mounting_scale(rest: Any, covariance: Any, kinds: Any, axis_variance: float) -> float:
+    """Scale of the misalignment's variance that the tilts of the axes show.
+
+    Sensors that motion shows to be worn with care are so about the axes, too, about which none shows. The
+    scale has the greatest evidence (MacKay 1992, doi 10.1162/neco.1992.4.3.415) with the stated variance as
+    prior. `axis_variance` is that of an axis before any motion, rad^2, both sensors together.
+    """
+    squares, seen, before = 0.0, 0.0, 0.5 * axis_variance
+    for j in range(kinds.size):
+        if kinds[j] != BALL:
+            for i in range(4):
+                squares += rest[j, 13 + i] ** 2 / before
+                seen += max(0.0, 1.0 - covariance[j, TILTS + i, TILTS + i] / before)
+    return (_STATED + squares) / (_STATED + seen)
 
 
 @compiled

@@ -21,8 +21,8 @@ from estimators.fusion.front_end import VqfBank
 from estimators.gaps import Gaps, lost_samples
 
 Array = NDArray[np.float64]
-_LOOK = 10
-"""Samples after which headings are looked at anew (chosen: corrections add up over seconds)."""
+LOOK = 10
+"""Samples after which headings and mounting are looked at anew (chosen: they show over seconds)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -50,6 +50,7 @@ class ConstrainedState:
     pose_samples: number of samples of the initial pose.
     pose_acc: (n, 3), m/s^2, sum of the sound accelerations in it; pose_counts: (n,), their number.
     watch: comparison of the posture after the pose with the pose; None without a pose.
+    scale: of the variance of mounting and axes, as motion shows.
     aligned_ns: instant of the first sample after the pose; None before.
     contradicted: whether evidence contradicts the pose.
     ticks: number of the next tick.
@@ -76,6 +77,7 @@ class ConstrainedState:
     pose_acc: Array
     pose_counts: Array
     watch: ReleaseWatch | None
+    scale: float = 1.0
     aligned_ns: int | None = None
     contradicted: bool = False
     pose_samples: int = 0
@@ -114,7 +116,7 @@ def take(state: ConstrainedState, repeated: bool, gap: bool) -> None:
                   clocks.spacing, clocks.frame, clocks.mean, clocks.kept, clocks.product, clocks.energy,
                   clocks.lasted)
     state.taken += 1
-    if state.taken % _LOOK == 0:
+    if state.taken % LOOK == 0:
         forget_contradicted(found.q, found.rest[0], found.doubt, table.kinds)
     # A sum with NaN is NaN: one test shows whether all joints have begun.
     if not math.isfinite(found.q[0].sum()):

@@ -12,10 +12,12 @@ from jointed_parts import Errors, Jointed, away
 from tracker_parts import run_tracker
 from worn_parts import EXACT, WornHand
 
-from estimators.body.joint_constraints import Joint, joint_table, joints_of
+from estimators.body.joint_constraints import HINGE, Joint, joint_table, joints_of
 from estimators.constrained import ConstrainedTracker
+from estimators.constrained.agreement import COLUMNS
 from estimators.constrained.filter import truncated
-from estimators.constrained.posture import joint_angles, posture
+from estimators.constrained.measurements import N
+from estimators.constrained.posture import joint_angles, mounting_scale, posture
 from fesloop.errors import InputError
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand import quaternion
@@ -273,6 +275,40 @@ def test_derivatives_of_joint_angles_are_those_of_differences(seed, joint):
             assert rows[i][k] == pytest.approx((ahead[i] - back[i]) / 2e-6, abs=1e-4)
 
 
+@pytest.mark.parametrize("true", [0.25, 1.0, 2.0])
+def test_mounting_is_as_wrong_as_its_tilts_show(true):
+    """40 hinges with tilts of `true` times the stated sd, half of them seen: 80 against two as stated."""
+    rng, kinds = np.random.default_rng(1), np.full(40, HINGE)
+    stated, left = math.radians(5.0) ** 2, 0.01
+    rest, covariance = np.zeros((40, COLUMNS)), np.zeros((40, N, N))
+    for j in range(40):
+        share = 1.0 if j < 20 else left
+        covariance[j, 12:, 12:] = 0.5 * stated * share * np.eye(4)
+        rest[j, 13:17] = (0.0 if j < 20 else true) * math.sqrt(0.5 * stated) * rng.normal(size=4)
+    expected = (2.0 + 80.0 * true ** 2) / 82.0
+    assert mounting_scale(rest, covariance, kinds, stated) == pytest.approx(expected, rel=0.25)
+    assert mounting_scale(rest[:20], covariance[:20], kinds[:20], stated) == pytest.approx(1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sensor_set", ["rigid", "nonrigid"])
+def test_sds_of_real_hinges_are_at_most_twice_their_errors(sensor_set, recordings):
+    recording = open_recording(recordings / "chain5" / "trial1.npz", sensor_set)
+    outputs = run_tracker(ConstrainedTracker(sensors=5), recording.gyr, recording.acc, rate=40)[0]
+    reference, found = recording.reference, []
+    at = np.searchsorted(recording.stamps_ns, reference.stamps_ns).clip(max=len(recording.stamps_ns) - 1)
+    for k, axis in zip((1, 2, 3), np.eye(3), strict=True):
+        q = reference.orientation
+        between = quaternion.multiply(quaternion.conjugate(q[:, k]), q[:, k + 1])
+        true = 2.0 * np.arctan2(between[:, 1:] @ axis, between[:, 0])
+        error = away(outputs[1][at, 2 + k], true)
+        known = np.isfinite(error)
+        found.append((error[known], outputs[2][at, 2 + k][known]))
+    error, sd = (np.concatenate(each) for each in zip(*found, strict=True))
+    assert np.mean(np.abs(error) <= 2.0 * sd) >= 0.97
+    assert np.median(sd) <= 2.0 * math.sqrt(np.mean(error ** 2))
+
+
 @pytest.mark.slow
 def test_what_a_hinge_forbids_is_shared_by_the_sds():
     table = joint_table((Joint(parent=0, child=1, kind="hinge"),), 2)
@@ -281,7 +317,7 @@ def test_what_a_hinge_forbids_is_shared_by_the_sds():
         orientation, angles, _, _, _ = posture(
             np.array([[1.0, 0.0, 0.0, 0.0]]), q[np.newaxis], np.zeros((1, 12, 12)), np.zeros(1), table.roots,
             table.ends, table.kinds, table.axes, table.zero, table.first_angle, 1, mounting, axis,
-            np.zeros(1), np.zeros(1))
+            np.zeros(1), np.zeros(1), 1.0)
         assert quaternion.tilt_z(orientation[1]) == pytest.approx(left, abs=1e-9)
         assert angles[0] == pytest.approx(0.4, abs=1e-9)
 
