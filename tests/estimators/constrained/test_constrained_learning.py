@@ -14,7 +14,9 @@ from estimators.body.joint_constraints import Joint, joints_between
 from estimators.constrained import ConstrainedTracker
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
+from fesloop.hand import quaternion
 from fesloop.loop.signals import Port, Sensors
+from fesloop.streams.files import open_recording
 
 HINGE = ConstrainedTracker(sensors=2, joints="hinge")
 TIMES = np.arange(20 * 50) / 50.0
@@ -79,6 +81,25 @@ def test_motion_that_does_not_show_the_axes_is_reported_and_nothing_is_made_up()
     assert "axes_learnt" not in statuses(reports)
     assert (sd == math.pi).all()
     assert (angles == 0.0).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("sensor_set", "most_deg"), [("rigid", (3.5, 1.5, 2.0)),
+                                                      ("nonrigid", (9.5, 7.5, 10.5))])
+def test_hinges_of_the_recorded_chain_are_tracked_about_learnt_axes(recordings, sensor_set, most_deg):
+    source = open_recording(recordings / "chain5" / "trial1.npz", sensor_set)
+    stamps = source.reference.stamps_ns
+    at = np.searchsorted(stamps, source.stamps_ns).clip(max=len(stamps) - 1)
+    for first, most in enumerate(most_deg, start=1):
+        both = [first, first + 1]
+        (orientation, _, sd, _), _, _ = run_tracker(
+            HINGE, *(np.ascontiguousarray(kind[:, both]) for kind in (source.gyr, source.acc)), rate=40)
+        true = quaternion.relative(*np.moveaxis(source.reference.orientation[at][:, both], 1, 0))
+        error = quaternion.rotation_angle(quaternion.relative(
+            quaternion.relative(orientation[:, 0], orientation[:, 1]), true))
+        tracked = (sd[:, 0] < math.pi) & (np.arange(len(sd)) > 15 * 40) & np.isfinite(error)
+        assert tracked.mean() > 0.6
+        assert np.degrees(np.sqrt(np.mean(error[tracked] ** 2))) < most
 
 
 def test_what_is_missing_or_at_rest_teaches_nothing():
