@@ -24,12 +24,13 @@ from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.signals import Sensors as StatedSensors
 from fesloop.loop.wire import least_burst, transition_probabilities
 from plants.checks import require_not_negative, require_shape
-from plants.imus.device import KINDS, MAG, PRESETS, Device, PresetName, TriadErrors, rotations
+from plants.imus.device import ACC, KINDS, MAG, PRESETS, Device, PresetName, TriadErrors, rotations
 from plants.imus.disturbances import (
     NO_STIMULATION,
     NO_TISSUE,
     ROTATION,
     SPEED,
+    Knocks,
     MagneticField,
     PulseArtefacts,
     Pulses,
@@ -41,6 +42,7 @@ from plants.imus.disturbances import (
     TremorSize,
     add_sources,
     axes,
+    knock,
     own_rate,
     place_carried,
     turn_back,
@@ -88,6 +90,7 @@ class Sensors(NamedTuple):
     tissue: soft tissue; natural frequency 0 without.
     tremor: size of the tremor. components: its sinusoids (3, c); none without tremor.
     losing: (2,), probability of losing a sample after one that was kept, and after one that was lost.
+    knocks: (2,), mean number of knocks a second, and their size, m/s^2.
     """
 
     kinds: Numbers
@@ -103,6 +106,7 @@ class Sensors(NamedTuple):
     tremor: TremorSize
     components: Array
     losing: Array
+    knocks: Array
 
 
 class Surroundings(NamedTuple):
@@ -242,13 +246,13 @@ def lose(losing: Array, chances: Array, first: bool, lost: Flags) -> None:
 def measure(
     sensors: Sensors, around: Surroundings, memory: Memory, orientation: Array, position: Array, rate: Array,
     force: Array, time_s: float, elapsed_s: float, stimulation: Stimulation, window_s: float, noise: Array,
-    chances: Array, samples: Array, clipped: Flags,
+    chances: Array, struck: Array, samples: Array, clipped: Flags,
 ) -> int:
     """Fill `samples` (m, n, 3) and `clipped` (m, n) of a tick; the number of clipping sensors of all kinds.
 
     `orientation` (s, 4), `position`, `rate`, `force` (s, 3): outputs of the sites; `time_s`, `elapsed_s`:
     this instant, and time since the last tick; `window_s`: length of the spikes of `stimulation`; `noise`,
-    `chances`: normal and uniform numbers of this tick.
+    `chances`, `struck`: normal and uniform numbers of this tick, for errors, losses and knocks.
     """
     count = 0
     if chances.size:
@@ -260,6 +264,8 @@ def measure(
     if sensors.kinds[-1] == MAG:
         field_at_sensors(sensors, around, orientation, position, memory.true[MAG])
     motion_at_sensors(sensors, memory, rate, force, shaking, elapsed_s)
+    if struck.size:
+        knock(sensors.knocks[0], sensors.knocks[1], elapsed_s, struck.reshape(-1, 3), memory.true[ACC])
     spike = stimulation.share if stimulation.since_s < window_s else 0.0
     for k in range(sensors.kinds.size):
         kind = sensors.kinds[k]
@@ -280,7 +286,8 @@ class ImusState:
     sensors, around, memory: arguments of the kernels.
     needed: whether each of the sites' four signals is read; `idle` replaces the others.
     names: names of the sensors.
-    noise, chances: random numbers of this trial's ticks; chances None: no sample is lost.
+    noise, chances, struck: random numbers of this trial's ticks; chances None: no sample is lost; struck
+        None: no sensor is knocked.
     watch: timing of the pulses.
     clipped: (kinds, n), whether each sensor clipped at the last tick.
     last_ns: instant of the last tick with sites; -1 before the first.
@@ -288,13 +295,13 @@ class ImusState:
     """
 
     __slots__ = ("around", "chances", "clipped", "idle", "last_ns", "latch", "memory", "names", "needed",
-                 "noise", "sensors", "watch")
+                 "noise", "sensors", "struck", "watch")
 
     def __init__(self, sensors: Sensors, around: Surroundings, memory: Memory, names: tuple[str, ...],
                  needed: tuple[bool, ...], noise: NoiseStream | None, chances: NoiseStream | None,
-                 sites: int) -> None:
+                 struck: NoiseStream | None, sites: int) -> None:
         self.sensors, self.around, self.memory, self.names = sensors, around, memory, names
-        self.needed, self.noise, self.chances = needed, noise, chances
+        self.needed, self.noise, self.chances, self.struck = needed, noise, chances, struck
         self.idle = (np.tile([1.0, 0.0, 0.0, 0.0], (sites, 1)), *np.zeros((3, sites, 3)))
         self.watch = PulseWatch()
         self.clipped = np.zeros((sensors.kinds.size, sensors.sites.size), dtype=np.bool_)
@@ -321,7 +328,8 @@ class ImusState:
             self.sensors, self.around, self.memory, sites[0], sites[1], sites[2], sites[3],
             now / NS_PER_S, elapsed_s, stimulation, window_s,
             _NOTHING if self.noise is None else self.noise.row(tick.index),
-            _NOTHING if self.chances is None else self.chances.row(tick.index), samples, clipped)
+            _NOTHING if self.chances is None else self.chances.row(tick.index),
+            _NOTHING if self.struck is None else self.struck.row(tick.index), samples, clipped)
         if found:
             self._report(clipped, tick)
         self.clipped = clipped
@@ -357,7 +365,7 @@ def noise_columns(errors: ErrorSizes, kinds: list[int], sensors: int) -> Columns
 
 def new_state(
     sensors: Sensors, around: Surroundings, names: tuple[str, ...], needed: tuple[bool, ...],
-    context: Context, loses: bool,
+    context: Context, loses: bool, knocked: bool,
 ) -> ImusState:
     """State at the start of a trial; `names` are those of all sites."""
     count, sites = sensors.sites.size, len(names)
@@ -368,7 +376,8 @@ def new_state(
     return ImusState(
         sensors, around, memory, tuple(names[i] for i in sensors.sites), needed,
         context.noise(width) if width else None,
-        context.noise(count, "uniform", "loss") if loses else None, sites)
+        context.noise(count, "uniform", "loss") if loses else None,
+        context.noise(3 * count, "uniform", "knocks") if knocked else None, sites)
 
 
 Kind = Literal["gyr", "acc", "mag"]
@@ -424,6 +433,7 @@ class Imus:
     burst_samples: mean length of a gap; 0: samples are lost independently.
     magnetic_field: magnetic field; its carried dipoles move with sites.
     artefacts, tremor: effects of stimulation; None: none.
+    knocks: knocks against the sensors; None: none.
     pulses: timing of pulses.
     channels: stimulation channels; 0 takes the number from the wire.
     """
@@ -448,6 +458,7 @@ class Imus:
     magnetic_field: MagneticField = _EARTH
     artefacts: PulseArtefacts | None = None
     tremor: Tremor | None = None
+    knocks: Knocks | None = None
     pulses: Pulses = _PULSES
     channels: int = 0
     _sites: tuple[int, ...] = field(init=False, repr=False, compare=False)
@@ -565,7 +576,7 @@ class Imus:
         kinds = [kind for kind in KINDS if kind in self.measures]
         return new_state(
             self._sensors(device, kinds, context.trial), self._surroundings(), self.site_names,
-            self._needed(), context, bool(self.loss))
+            self._needed(), context, bool(self.loss), self.knocks is not None)
 
     def _sensors(self, device: Device, kinds: Sequence[str], trial: int) -> Sensors:
         rows, every = np.array(self._sites), len(self.site_names)
@@ -599,7 +610,8 @@ class Imus:
             axes=of_worn(axes(device.seed, device.name, every)),
             tissue=self.soft_tissue.scaled(size).coefficients() if self.soft_tissue and size else NO_TISSUE,
             tremor=tremor.size(), components=components if self.tremor else np.empty((3, 0)),
-            losing=np.array([begins, stays]))
+            losing=np.array([begins, stays]),
+            knocks=np.array([self.knocks.per_s, self.knocks.size] if self.knocks else [0.0, 0.0]))
 
     def _surroundings(self) -> Surroundings:
         around = self.magnetic_field

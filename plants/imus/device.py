@@ -80,7 +80,7 @@ NO_ERRORS = TriadErrors(
 
 
 KINDS = ("gyr", "acc", "mag")
-MAG = KINDS.index("mag")
+ACC, MAG = KINDS.index("acc"), KINDS.index("mag")
 
 
 class Device:

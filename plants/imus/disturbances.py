@@ -370,6 +370,35 @@ class Tremor:
         return 2.0 * math.pi * np.stack([hertz, chance[COMPONENTS:], amplitude / (2.0 * math.pi)])
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Knocks:
+    """Knocks against single sensors: accelerations of one sample, in any direction, at any time.
+
+    Attributes
+    ----------
+    per_s: mean number of knocks of each sensor in a second.
+    size: acceleration of each, m/s^2 (chosen: a hand that meets a table's edge; 50 is five times gravity).
+    """
+
+    per_s: float
+    size: float = 50.0
+
+    def __post_init__(self) -> None:
+        require_not_negative("knocks", self, "per_s", "size")
+
+
+@compiled
+def knock(per_s: float, size: float, elapsed_s: float, chances: Array, force: Array) -> None:
+    """Add knocks to the specific forces (n, 3), m/s^2, by uniform numbers `chances` (n, 3)."""
+    for i in range(force.shape[0]):
+        if chances[i, 0] < -math.expm1(-per_s * elapsed_s):
+            up, around = 2.0 * chances[i, 1] - 1.0, 2.0 * math.pi * chances[i, 2]
+            level = math.sqrt(1.0 - up * up)
+            force[i, 0] += size * level * math.cos(around)
+            force[i, 1] += size * level * math.sin(around)
+            force[i, 2] += size * up
+
+
 def axes(seed: int, device: str, sites: int) -> Array:
     """Axis of each sensor's tremor, and the perpendicular direction in which it swings, (2, sites, 3)."""
     normal = NoiseStream(stream_key(seed, f"{device}/tremor_axes", 0), 6 * sites).row(0).reshape(2, sites, 3)

@@ -16,7 +16,7 @@ from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
 from plants.imus.block import HAND_SITES, Imus
 from plants.imus.device import TriadErrors
-from plants.imus.disturbances import Dipole, MagneticField, PulseArtefacts, SoftTissue, Tremor
+from plants.imus.disturbances import Dipole, Knocks, MagneticField, PulseArtefacts, SoftTissue, Tremor
 
 MANY = 300
 TRIADS = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
@@ -222,6 +222,23 @@ def test_share_lost_and_length_of_gaps(loss, burst, length):
     assert abs(np.corrcoef(lost[:, 0], lost[:, 1])[0, 1]) < 0.15
 
 
+def test_knocks_have_their_number_size_and_any_direction():
+    imus = ideal(60, measures=("gyr", "acc"), knocks=Knocks(per_s=2.0, size=50.0))
+    samples, _ = run(imus, sites(60, force=(0.0, 0.0, 0.0)), 2000)
+    assert not samples["gyr"].any()
+    sizes = np.linalg.norm(samples["acc"], axis=-1)
+    struck = sizes > 0.0
+    np.testing.assert_allclose(sizes[struck], 50.0)
+    # At the first tick no time has passed yet.
+    expected = 1999 * 60 * -math.expm1(-0.02)
+    assert struck.sum() == pytest.approx(expected, abs=4.0 * math.sqrt(expected))
+    directions = samples["acc"][struck] / 50.0
+    assert np.abs(directions.mean(axis=0)).max() < 4.0 / math.sqrt(3.0 * len(directions))
+    assert np.abs(directions.T @ directions / len(directions) - np.eye(3) / 3.0).max() < 0.05
+    again, _ = run(imus, sites(60, force=(0.0, 0.0, 0.0)), 2000, trial=1)
+    assert not np.array_equal(samples["acc"], again["acc"])
+
+
 def test_clipping_is_told_when_it_begins_with_the_names_of_those_that_clip():
     imus = Imus(preset="ideal", sites=("hand", "F2d", "F3d"), gyroscope=TriadErrors(limit=10.0))
 
@@ -338,6 +355,12 @@ def test_parameters_that_cannot_be_are_named(parameters, name):
 def test_errors_of_triads_that_cannot_be_are_named(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
         TriadErrors(**wrong)
+
+
+@pytest.mark.parametrize("wrong", [{"per_s": -1.0}, {"per_s": math.nan}, {"per_s": 1.0, "size": math.inf}])
+def test_knocks_that_cannot_be_are_named(wrong):
+    with pytest.raises(InputError, match=list(wrong)[-1]):
+        Knocks(**wrong)
 
 
 def test_pulses_of_another_shape_are_refused():

@@ -7,7 +7,7 @@ import zlib
 import pytest
 
 import fesloop
-from fesloop.analysis.study.design.cells import cells_of
+from fesloop.analysis.study.design.cells import cells_of, covering
 from fesloop.analysis.study.design.plan import NotPrepared
 from fesloop.analysis.study.design.shipped_studies import described_studies
 from fesloop.analysis.study.design.study import KeptMetric
@@ -18,17 +18,7 @@ from fesloop.apps.cli.parser import make_parser
 FORMS = [(name, form) for name, forms in described_studies().items() for form in forms]
 WANTED = ["cohort_ilc", "dropout_map", "error_map", "grasp_latency_map", "latency_map", "persons",
           "required_accuracy", "required_accuracy_aperture", "required_latency", "search_accuracy",
-          "search_map", "tracker_map"]
-
-
-def told_once(cells):
-    """The first cell of each level, and how they are told."""
-    seen = set()
-    for cell in cells:
-        new = set(cell.levels.items()) - seen
-        if new:
-            seen |= new
-            yield cell
+          "search_map", "sensor_map", "tracker_map"]
 
 
 def meanwhile(study):
@@ -47,7 +37,7 @@ def test_every_level_makes_an_experiment(name, form):
     if name.startswith("search"):
         pytest.importorskip("sklearn", reason="the extra `search`")
     study = read_study(name, form)
-    for cell in told_once(cells_of(study)):
+    for cell in covering(study):
         experiment = fesloop.load(cell.experiment, [*meanwhile(study), *cell.settings])
         assert experiment.duration_ns > 0, cell.place
 
