@@ -34,8 +34,12 @@ _FADES_S = 30.0
 """Time constant of the correlation, s (chosen: clocks drift by less than a millisecond in it)."""
 _LOWEST = 2.0 * math.pi
 """Angular frequency below which accelerations do not count, rad/s (chosen: above gravity in motion)."""
+_LEAST = 0.2
+"""Least shared acceleration, rms, m/s^2 (chosen: below it, errors of gravity and of lever arms look alike)."""
 _FIRST_S = 8.0
 """Least duration of a correlation that is believed, s (chosen: some movements)."""
+_MOST = 2.5
+"""Greatest acceleration that counts whole, in rms of those before (chosen: nearly all of a movement's)."""
 _SHARED, _SHARED_SDS = 0.1, 5.0
 """Least correlation, and in sds of that of noise, for a signal that both sides share (chosen: sensors on foam
 reach .2; noise of a hand at rest must not pass)."""
@@ -252,9 +256,15 @@ def correlate(
             v = rotated(components(frame[j]), v)
             square = 0.0
             for a in range(3):
-                mean[j, side, a] += share * (v[a] - mean[j, side, a])
+                mean[j, side, a] += (share if lasted[j] > 0.0 else 1.0) * (v[a] - mean[j, side, a])
                 kept[j, side, 0, a] = v[a] - mean[j, side, a]
                 square += kept[j, side, 0, a] ** 2
+            # One blow must not outweigh all movement before it: its shape is that of errors.
+            most = _MOST ** 2 * energy[j, side] * elapsed / lasted[j] if lasted[j] > 1.0 else square
+            if square > most:
+                for a in range(3):
+                    kept[j, side, 0, a] *= math.sqrt(most / square)
+                square = most
             energy[j, side] = left * energy[j, side] + square
         for k in range(lags + 1):
             later, earlier = 0.0, 0.0
@@ -264,7 +274,7 @@ def correlate(
             product[j, lags + k] = left * product[j, lags + k] + later
             if k > 0:
                 product[j, lags - k] = left * product[j, lags - k] + earlier
-        lasted[j] = left * lasted[j] + elapsed
+        lasted[j] = left * lasted[j] + (elapsed if usable else 0.0)
 
 
 @compiled
@@ -284,7 +294,8 @@ def differences(product: Any, energy: Any, lasted: Any, spacing_s: float, late_s
         before, after = product[j, k - 1], product[j, k + 1]
         bend = 2.0 * peak - before - after
         rho = min(0.99, peak / math.sqrt(energy[j, 0] * energy[j, 1]))
-        if bend > 0.0 and rho > max(_SHARED, _SHARED_SDS * math.sqrt(spacing_s / (3.0 * lasted[j]))):
+        of_noise = _SHARED_SDS * math.sqrt(spacing_s / (3.0 * lasted[j]))
+        if bend > 0.0 and peak * spacing_s > _LEAST ** 2 * lasted[j] and rho > max(_SHARED, of_noise):
             omega = math.sqrt(bend / peak) / spacing_s
             late_s[j] = (k - middle + 0.5 * (after - before) / bend) * spacing_s
             sd_s[j] = math.sqrt((1.0 - rho ** 2) * math.pi / (rho ** 2 * lasted[j] * omega ** 3))

@@ -92,7 +92,8 @@ def test_ticks_that_are_skipped_are_events(tmp_path):
         ticks = recording.signal("slow.y").indices
     assert {event.where for event in skipped} == {"slow", "sink"}
     assert {event.time_ns for event in skipped} == set(rows["time_ns"][rows["action"] == b"skipped"])
-    assert 11 not in ticks
+    # On a busy machine the long tick itself may be skipped.
+    assert not {10, 11} <= set(ticks.tolist())
     assert len(ticks) == 30 - len(skipped) // 2
     assert result.status == "done"
 

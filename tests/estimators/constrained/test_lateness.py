@@ -110,11 +110,11 @@ def test_two_sensors_40_ms_late_are_found_and_cost_little(sensor_set, within_ms,
 
 
 @pytest.mark.slow
-def test_a_late_sensor_of_a_wrist_is_found_within_13_s(recordings):
+def test_a_late_sensor_of_a_wrist_is_found_within_26_s(recordings):
     recording = open_recording(recordings / "wrist" / "circle-250.npz")
     tracker = ConstrainedTracker(sensors=2, joints=(Joint(parent=0, child=1, kind="ball"),))
     for late in (0, 1):
         kinds = later_by(recording, 0.04, (late,))
-        _, reports, state = run_tracker(tracker, *kinds, rate=125, last=1600)
+        _, reports, state = run_tracker(tracker, *kinds, rate=125, last=3250)
         assert sum(status == "late_sensor" for status, _ in reports) == 1
         assert math.isclose(state.lateness.late_s[late], 0.04, abs_tol=0.008)

@@ -25,9 +25,10 @@ def identified(recording, capsys, *options):
 
 
 @pytest.mark.slow
-def test_the_watchdog_lets_a_moving_hand_alone(recording):
+def test_the_watchdog_lets_a_moving_hand_alone_and_no_sensor_is_taken_for_late(recording):
     with Recording(recording) as read:
-        assert not [event for event in read.events if event.status.startswith("posture_")]
+        assert not [event for event in read.events
+                    if event.status.startswith("posture_") or event.status == "late_sensor"]
 
 
 @pytest.mark.slow
