@@ -35,7 +35,7 @@ _FADES_S = 30.0
 _LOWEST = 2.0 * math.pi
 """Angular frequency below which accelerations do not count, rad/s (chosen: above gravity in motion)."""
 _LEAST = 0.2
-"""Least shared acceleration, rms, m/s^2 (chosen: below it, errors of gravity and of lever arms look alike)."""
+"""Least shared acceleration, rms, m/s^2 (chosen: errors of gravity and of lever arms look like less)."""
 _FIRST_S = 8.0
 """Least duration of a correlation that is believed, s (chosen: some movements)."""
 _MOST = 2.5
