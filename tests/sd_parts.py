@@ -43,10 +43,14 @@ REACH = ArmSway(turn_deg=(30.0, 10.0, 35.0), shift_m=(0.12, 0.08, 0.10), period_
 
 
 class Errors(NamedTuple):
-    """Errors and sds of a tracker with a person: angles (t, 23), deg, and fingertips (t, 5, 3), mm."""
+    """Errors and sds of a tracker with a person: angles (t, 23), deg, and fingertips (t, 5, 3), mm.
+
+    The random sd is that of what is not constant in the trial.
+    """
 
     angles: np.ndarray
     angle_sd: np.ndarray
+    random_sd: np.ndarray
     tips: np.ndarray
     tip_sd: np.ndarray
 
@@ -124,11 +128,20 @@ def errors(number):
         rows = [row for row in recorder.blocks[name] if row[4] > (POSE_S + 1.0) * 1e9][::10]
         truth = hand.observe(state, (), 0, tuple(int(row[4]) for row in rows))
         names = [port.name for port in named[name].resolve({"gyr": (17, 3)}).outputs]
-        angles, sd, tips, tip_sd = (np.array([row[5][names.index(port)] for row in rows])
-                                    for port in ("angles", "angle_sd", "fingertips", "fingertip_sd"))
-        found[name] = Errors(np.degrees(angles - truth[0]), np.degrees(sd), 1e3 * (tips - truth[3]),
-                             1e3 * tip_sd)
+        angles, sd, random_sd, tips, tip_sd = (
+            np.array([row[5][names.index(port)] for row in rows])
+            for port in ("angles", "angle_sd", "angle_random_sd", "fingertips", "fingertip_sd"))
+        found[name] = Errors(np.degrees(angles - truth[0]), np.degrees(sd), np.degrees(random_sd),
+                             1e3 * (tips - truth[3]), 1e3 * tip_sd)
     return found
+
+
+def random_errors(tracker, persons):
+    """Share of angles' errors, less their means in a trial, within two random sds; median sd; rms, deg."""
+    error = np.concatenate([(each := errors(number)[tracker].angles) - each.mean(axis=0)
+                            for number in persons])
+    sd = np.concatenate([errors(number)[tracker].random_sd for number in persons])
+    return float((np.abs(error) <= 2.0 * sd).mean()), float(np.median(sd)), float(np.sqrt(np.mean(error**2)))
 
 
 def by_kind(tracker, persons):

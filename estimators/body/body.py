@@ -286,6 +286,11 @@ def posture_ports(body: Body | None, sensors: int) -> tuple[Port, ...]:
             Port("fingertip_sd", (tips, 3), "m"))
 
 
+def random_sd_port(body: Body | None) -> Port:
+    """Output port of the sd of random errors: of what changes in motion, and of nothing constant."""
+    return replace(posture_ports(body, 0)[2], name="angle_random_sd")
+
+
 @compiled
 def chain_up(layout: Numbers, relative: Array, orientations: Array) -> None:
     """Fill `orientations` (n, 4), segment to root, from quaternions (n, 4) to each parent."""

@@ -43,12 +43,15 @@ class Misalignment(NamedTuple):
     growing: (segments,), variance of the errors that grow with the joint's rotation, rad^2.
     common: (segments,), variance about each axis of a sensor's mounting that is common to a strip, rad^2.
     own: (segments,), the rest of that variance, rad^2.
+    fused: variance about each axis that `pair` has from fused orientations in motion, which is not constant,
+        rad^2.
     """
 
     pair: Array
     growing: Array
     common: Array
     own: Array
+    fused: float
 
 
 def misalignment(
@@ -66,8 +69,8 @@ def misalignment(
     fusion = math.radians(fusion_sd_deg) ** 2
     common, shared = STRIP_SHARE * mounting * worn, STRIP_SHARE * mounting * inside
     found = Misalignment(
-        2.0 * (mounting - shared + fusion), shared + axis, common, mounting - common + fusion)
-    for array in found:
+        2.0 * (mounting - shared + fusion), shared + axis, common, mounting - common + fusion, 2.0 * fusion)
+    for array in found[:4]:
         array.flags.writeable = False
     return found
 

@@ -19,6 +19,7 @@ from estimators.body.body import (
     of_tree,
     of_unknown_joints,
     posture_ports,
+    random_sd_port,
     resolve_pairs,
     stated_by,
     stated_pairs,
@@ -169,7 +170,8 @@ class ConstrainedTracker:
     10.1016/j.inffus.2022.10.014) of the root in each tree of joints; `angles` (a,), rad, all freedoms of
     the tree; `angle_sd` (a,), rad; `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the
     WCS); `fingertip_sd` (t, 3), m; `aligned` (1,), 0 while the initial pose is kept, and once evidence
-    contradicts it, else 1. Lengths count as exact.
+    contradicts it, else 1; `angle_random_sd` (a,), rad: the part of `angle_sd` that is not constant in a
+    trial, as mounting and the joints' axes are. Lengths count as exact.
 
     A pose that gravity, the joints' ranges or the hand's release contradict
     (`estimators.calibration.pose_evidence`) is reported as "pose_contradicted"; the sds of these joints grow
@@ -305,13 +307,14 @@ class ConstrainedTracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, where there is a body fingertips and fingertip_sd, and aligned."""
+        """orientation, angles, angle_sd, with a body fingertips and their sd, aligned, angle_random_sd."""
         ports = posture_ports(self.body, self.sensors)
         if self.table is None or self.body is not None:
-            return *ports, ALIGNED_PORT
+            return *ports, ALIGNED_PORT, random_sd_port(self.body)
         shape = (self.table.angles,)
-        angles, sd = (replace(port, shape=shape, rows=()) for port in ports[1:3])
-        return ports[0], angles, sd, ALIGNED_PORT
+        angles, sd, random_sd = (replace(port, shape=shape, rows=())
+                                 for port in (*ports[1:3], random_sd_port(None)))
+        return ports[0], angles, sd, ALIGNED_PORT, random_sd
 
     @property
     def needs_stillness(self) -> str:
@@ -394,7 +397,7 @@ class ConstrainedTracker:
             doubt = np.sqrt(doubt ** 2 + gaps.pending[ends].sum(axis=1))
         if state.contradicted and self.body is not None and state.watch is not None:
             doubt = np.hypot(doubt, state.watch.sizes[self.body.sensed[ends[:, 1]]])
-        orientation, angles, sd, relative, worst = posture(
+        orientation, angles, sds, relative, worst = posture(
             roots, q, covariance, doubt, table.roots, ends, table.kinds,
             table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd, *self._misalignment(),
             state.scale)
@@ -402,15 +405,16 @@ class ConstrainedTracker:
             report(worst, math.radians(self.uncertain_deg), state.status, table, first, tick)
         over = state.taken > state.pose_samples or not state.pose_samples
         if self.body is None:
-            return orientation, angles, sd, aligned_value(over)
+            return orientation, angles, sds[0], aligned_value(over), sds[1]
         tree = self.body.tree
         state.plausible.note(angles, tick)
         if over and state.watch is not None:
-            self._compare(state, self.body, state.watch, angles, sd, tick)
+            self._compare(state, self.body, state.watch, angles, sds[0], tick)
         tips, tip_sd = fingertip_posture(
             tree.layout, tree.geometry, self.body.tips, self.moving, relative, q, covariance, doubt,
             table.kinds, table.axes, math.sqrt(state.scale) * pair_sd, math.sqrt(state.scale) * axis_sd)
-        return orientation, angles, sd, tips, tip_sd, aligned_value(over and not state.contradicted)
+        aligned = aligned_value(over and not state.contradicted)
+        return orientation, angles, sds[0], tips, tip_sd, aligned, sds[1]
 
     def _compare(self, state: ConstrainedState, body: Body, watch: ReleaseWatch, angles: Array, sd: Array,
                  tick: Tick) -> None:

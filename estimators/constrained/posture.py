@@ -78,9 +78,9 @@ def posture(
 ) -> Any:
     """Posture of the whole tree from its joint filters.
 
-    Returns orientations (n, 4); angles (angles,) and their sds, rad, zero and pi for angles without a joint;
-    relative orientations (joints, 4), without their forbidden part; and the largest sd of each joint
-    (joints,), rad, infinite for an unknown one.
+    Returns orientations (n, 4); angles (angles,), and their sds and those of random errors only, (2, angles),
+    rad, zero and pi for angles without a joint; relative orientations (joints, 4), without their forbidden
+    part; and the largest sd of each joint (joints,), rad, infinite for an unknown one.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def posture(
     """
     whole = np.empty((3, 3))
     orientation, relative = np.empty((roots.shape[0] + ends.shape[0], 4)), np.empty((ends.shape[0], 4))
-    values, sds = np.zeros(angles), np.full(angles, math.pi)
+    values, sds = np.zeros(angles), np.full((2, angles), math.pi)
     worst = np.zeros(ends.shape[0])
     for i in range(roots.shape[0]):
         orientation[root_of[i]] = roots[i]
@@ -113,13 +113,15 @@ def posture(
         add_misalignment(between, scale * pair[j], scale * growing[j], whole)
         for i in range(kinds[j] + 1):
             row = rows[i]
-            variance = doubt[j] ** 2
+            random, variance = doubt[j] ** 2, doubt[j] ** 2
             for a in range(3):
                 for b in range(3):
+                    random += row[a] * covariance[j, a, b] * row[b]
                     variance += row[a] * whole[a, b] * row[b]
             sd = min(math.sqrt(variance), math.pi)
             values[first_angle[j] + i] = found[i]
-            sds[first_angle[j] + i] = sd
+            sds[0, first_angle[j] + i] = sd
+            sds[1, first_angle[j] + i] = min(math.sqrt(random), math.pi)
             worst[j] = max(worst[j], sd)
     return orientation, values, sds, relative, worst
 

@@ -17,6 +17,7 @@ from estimators.body.body import (
     body_of,
     of_tree,
     posture_ports,
+    random_sd_port,
     stated_by,
     worn_as_stated,
 )
@@ -87,7 +88,8 @@ class KortierTracker:
     heading is zero at the start); `angles` (a,), rad, all freedoms of the tree; `angle_sd` (a,), rad;
     `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the WCS), and `fingertip_sd` (t, 3),
     m, from the filters' full covariances, with lengths assumed exact; `position` (3,), m, and `velocity`
-    (3,), m/s, of the base since the start; `aligned` (1,), always 1. Five sensors without any setting are
+    (3,), m/s, of the base since the start; `aligned` (1,), always 1; `angle_random_sd` (a,), rad,
+    without mounting and axes, which are constant in a trial. Five sensors without any setting are
     those of chain5 (`fesloop.streams.formats.published`), whose lengths are unknown: the tracker then has no
     fingertip outputs.
 
@@ -214,10 +216,10 @@ class KortierTracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd, position, velocity and aligned."""
+        """Ports orientation to fingertip_sd, position, velocity, aligned and angle_random_sd."""
         ports = posture_ports(self.body, self.sensors)
         return (*ports[:5 if self._lengths_known() else 3], Port("position", (3,), "m"),
-                Port("velocity", (3,), "m/s"), ALIGNED_PORT)
+                Port("velocity", (3,), "m/s"), ALIGNED_PORT, random_sd_port(self.body))
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> KortierTracker:
         """The tracker for the number of wired sensors."""
@@ -246,7 +248,7 @@ class KortierTracker:
         arrivals, motion = state.arrivals, state.hands.motion
         body, worn = self._wearer()
         elapsed = arrivals.note(inputs if inputs[-1].present else inputs[:2], tick)
-        angles, tips = np.empty((2, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
+        angles, tips = np.empty((3, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
         posture = Posture(np.empty((self.sensors, 4)), angles, tips)
         joints = track(
             arrivals.samples, arrivals.codes, elapsed, arrivals.period_s, worn, self.settings,
@@ -257,7 +259,7 @@ class KortierTracker:
         state.plausible.note(angles[0], tick)
         fingertips = (tips[0], tips[1]) if self._lengths_known() else ()
         return (posture.orientation, angles[0], angles[1], *fingertips, motion[worn.base, 1].copy(),
-                motion[worn.base, 0].copy(), aligned_value(True))
+                motion[worn.base, 0].copy(), aligned_value(True), angles[2])
 
     def _wearer(self) -> tuple[Body, Worn]:
         if self.body is None or self.worn is None:

@@ -30,20 +30,21 @@ from fesloop.loop.block import Tick
 @compiled
 def put_angles(
     chains: Chains, filters: Filters, wrong: Misalignment, orientation: Any, heading: float, pending: Any,
-    angles: Any, sds: Any
+    angles: Any, sds: Any, random_sds: Any
 ) -> None:
     """Fill angles and sds (freedoms,), rad, with 0 and pi for joints that are not seen.
 
     To the filters' covariance come the variances of what they do not estimate: misalignment, a `heading`,
     rad^2, about the vertical, of joints that are no hinges, and `pending` (n,), rad^2, of sensors in gaps;
-    orientation (n, 4), sensors to earth.
+    orientation (n, 4), sensors to earth. `random_sds` are without the constant part of misalignment.
 
     With R = R_f(f) R_a(a) R_p(p) about the joint's axes, dth = R'f df + R_p'a da + p dp, which is solved
     for the angles' errors; f, a, p take the places of z, x, y.
     """
     angles[:] = 0.0
     sds[:] = UNSEEN_SD
-    whole = np.empty((3, 3))
+    random_sds[:] = UNSEEN_SD
+    whole, random = np.empty((3, 3)), np.empty((3, 3))
     for chain in range(chains.first.size - 1):
         covariance = covariance_of(chain, chains, filters)
         for k in range(chains.first[chain], chains.first[chain + 1]):
@@ -58,7 +59,6 @@ def put_angles(
                     (sine * tilt, 1.0, -cosine * tilt))
             at, segment = 3 * (k - chains.first[chain]), chains.segments[k]
             whole[:] = covariance[at:at + 3, at:at + 3]
-            add_misalignment(filters.q[k], wrong.pair[segment], wrong.growing[segment], whole)
             missed = pending[chains.sensors[k + chain]] + pending[chains.sensors[k + chain + 1]]
             for i in range(3):
                 whole[i, i] += missed
@@ -68,10 +68,15 @@ def put_angles(
                 for i in range(3):
                     for j in range(3):
                         whole[i, j] += heading * up[i] * up[j]
+            random[:] = whole
+            for i in range(3):
+                random[i, i] += wrong.fused
+            add_misalignment(filters.q[k], wrong.pair[segment], wrong.growing[segment], whole)
             for i in range(chains.freedoms[k]):
                 angles[chains.first_angle[k] + i] = values[i]
-                variance = _variance(rows[i], chains.axes[k], whole)
-                sds[chains.first_angle[k] + i] = min(math.sqrt(variance), UNSEEN_SD)
+                for covered, filled in ((whole, sds), (random, random_sds)):
+                    variance = _variance(rows[i], chains.axes[k], covered)
+                    filled[chains.first_angle[k] + i] = min(math.sqrt(variance), UNSEEN_SD)
 
 
 @compiled
@@ -257,7 +262,8 @@ class Settings(NamedTuple):
 
 
 class Posture(NamedTuple):
-    """Output arrays: orientation (n, 4); angles (2, freedoms) and fingertips (2, t, 3), with their sds."""
+    """Output arrays: orientation (n, 4); angles (3, freedoms), with their sds and those of
+    random errors; fingertips (2, t, 3), with their sds."""
 
     orientation: Array
     angles: Array
@@ -297,7 +303,7 @@ def track(
     relative = np.empty((worn.layout.shape[0], 4))
     put_orientations(worn.layout, worn.sensors, worn.chains, filters, hands.q, relative, posture.orientation)
     put_angles(worn.chains, filters, worn.wrong, posture.orientation, heading, moment.gaps.pending,
-               posture.angles[0], posture.angles[1])
+               posture.angles[0], posture.angles[1], posture.angles[2])
     put_fingertips(worn.layout, worn.geometry, worn.tips, worn.sensors, worn.chains, filters, worn.wrong,
                    heading, moment.gaps.pending, _vertical(worn, posture.orientation), relative,
                    posture.fingertips[0], posture.fingertips[1])

@@ -9,7 +9,8 @@ segment frames. Their rates may differ: give the tracker the rate of the gyrosco
 (n, 4), segment to earth (z up; with magnetometers y to magnetic north at the first sensor, else its heading
 starts at zero); `angles` and `angle_sd` (d,), rad, all freedoms of the tree in its order; `fingertips` and
 `fingertip_sd` (t, 3), m, in the frame of the tree's root (for the hand: WCS); `aligned` (1,), for M1 and M2 0
-until the initial pose has been taken, and once evidence contradicts it, else 1.
+until the initial pose has been taken, and once evidence contradicts it, else 1; `angle_random_sd` (d,), rad,
+without what is constant in a trial: mounting, axes, and the pose that was told.
 
 A joint is seen when both its segments have a sensor with valid samples. Other joints are reported as
 "untracked", with angle 0 and sd pi, and as "tracked" when they are seen again. Joints between the root and
@@ -34,7 +35,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
-from estimators.body.body import ALIGNED_PORT, Body, posture_ports, stated_by, worn_as_stated
+from estimators.body.body import (
+    ALIGNED_PORT,
+    Body,
+    posture_ports,
+    random_sd_port,
+    stated_by,
+    worn_as_stated,
+)
 from estimators.calibration.initial_pose import InitialPoseLimits
 from estimators.calibration.pose_evidence import PoseEvidence
 from estimators.fusion.front_end import FrontEndName
@@ -85,8 +93,8 @@ class _Tracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd and aligned."""
-        return *posture_ports(self.body, self.sensors), ALIGNED_PORT
+        """Ports orientation, angles, angle_sd, fingertips, fingertip_sd, aligned and angle_random_sd."""
+        return *posture_ports(self.body, self.sensors), ALIGNED_PORT, random_sd_port(self.body)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Self:
         """The tracker for the number of wired sensors."""

@@ -449,8 +449,8 @@ def spread_joint(
 def posture(
     layout: Numbers, geometry: Array, ranges: Array, sensors: Numbers, counted: Flags, tips: Numbers,
     fused: Array, headings: Array, seen: Flags, constrained: bool, wrong: Misalignment, tilt: float,
-    heading: float, missed: Array, orientation: Array, angles: Array, sd: Array, fingertips: Array,
-    fingertip_sd: Array
+    heading: float, changing: float, missed: Array, orientation: Array, angles: Array, sd: Array,
+    fingertips: Array, fingertip_sd: Array, random_sd: Array
 ) -> None:
     """Fill the output arrays of a tracker.
 
@@ -461,13 +461,15 @@ def posture(
     seen: (m,), whether each joint is seen. constrained: whether joint constraints are applied.
     wrong: misalignment of sensors and joints.
     tilt, heading: further variances of a segment's orientation relative to its parent's, rad^2, about any
-        axis and about the vertical.
+        axis and about the vertical; changing: the share of `heading` that is not constant.
     missed: (n, 2), further variances of each sensor's inclination and heading, rad^2.
-    orientation: (n, 4), segment to earth; angles, sd: (d,), rad; fingertips, fingertip_sd: (t, 3), m.
+    orientation: (n, 4), segment to earth; angles, sd, random_sd: (d,), rad, the last without what is
+        constant; fingertips, fingertip_sd: (t, 3), m.
     """
     count = layout.shape[0]
     relative, to_root, own = np.empty((count, 4)), np.empty((count, 4)), np.empty(fused.shape)
     places, covariance, error = np.zeros((count, 3)), np.empty((count, 3, 3)), np.empty((3, 3))
+    random, scratch = np.empty((3, 3)), np.empty((3, 3))
     for s in range(fused.shape[0]):
         turn = (headings[s, 0], 0.0, 0.0, headings[s, 1])
         own[s, 0], own[s, 1], own[s, 2], own[s, 3] = multiply(turn, _unit(fused[s]))
@@ -481,7 +483,7 @@ def posture(
             relative[k, 0] = 1.0
             covariance[k] = 0.0
             for i in range(freedoms):
-                angles[first + i], sd[first + i] = 0.0, UNSEEN_SD
+                angles[first + i], sd[first + i], random_sd[first + i] = 0.0, UNSEEN_SD, UNSEEN_SD
             for a in range(3):
                 covariance[k, a, a] = UNSEEN_SD ** 2 if counted[k] else 0.0
             continue
@@ -501,15 +503,19 @@ def posture(
         for i in range(3):
             for j in range(3):
                 error[i, j] = about_vertical * upright[i] * upright[j]
+                random[i, j] = (about_vertical - heading + changing) * upright[i] * upright[j]
             error[i, i] += tilt + missed[above, 0] + missed[child, 0]
+            random[i, i] += tilt + missed[above, 0] + missed[child, 0] + wrong.fused
         add_misalignment(relative[k], wrong.pair[k], wrong.growing[k], error)
-        spread_joint(joint_turns(axes, q), freedoms, error, constrained, first, sd, covariance[k])
+        turns = joint_turns(axes, q)
+        spread_joint(turns, freedoms, random, False, first, random_sd, scratch)
+        spread_joint(turns, freedoms, error, constrained, first, sd, covariance[k])
     chain_up(layout, relative, to_root)
     place_tips(layout, geometry, to_root, tips, places, fingertips)
     spread_tips(layout, geometry, to_root, places, covariance, tips, fingertip_sd)
 
 
-Outputs = tuple[Array, Array, Array, Array, Array, Array]
+Outputs = tuple[Array, Array, Array, Array, Array, Array, Array]
 
 
 def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
@@ -523,10 +529,11 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
     fused = state.bank.orientation()
     if method.pose is not None and state.aligned_ns is None:
         if not _take_pose(state, body, method, method.pose, inputs, fresh, tick):
-            _, angles, sd, tips, tip_sd, _ = _posture(state, body, method, state.known, 0.0, tick)
+            _, angles, sd, tips, tip_sd, _, random_sd = _posture(
+                state, body, method, state.known, 0.0, tick)
             if state.failing:
-                sd[:] = UNSEEN_SD
-            return fused, angles, sd, tips, tip_sd, aligned_value(False)
+                sd[:], random_sd[:] = UNSEEN_SD, UNSEEN_SD
+            return fused, angles, sd, tips, tip_sd, aligned_value(False), random_sd
         fused = state.bank.orientation()
     elapsed_s = (tick.time_ns - (state.aligned_ns or 0)) / NS_PER_S
     return _posture(state, body, method, fused, elapsed_s, tick)
@@ -653,18 +660,19 @@ def _posture(
         _watch(state, body, method, state.watch, fused, elapsed_s, tick)
     tilt = UNSEEN_SD if state.failing else 0.0
     heading = min(_heading_sd(method, elapsed_s), UNSEEN_SD)
+    changing = min(math.hypot(method.heading_sd, method.drift * elapsed_s), UNSEEN_SD)
     freedoms, tips = len(tree.ranges), len(body.tips)
     arrays = (np.empty((len(fused), 4)), np.empty(freedoms), np.empty(freedoms), np.empty((tips, 3)),
-              np.empty((tips, 3)))
+              np.empty((tips, 3)), np.empty(freedoms))
     missed = state.missed + state.gaps.pending[:, np.newaxis]
     if state.watch is not None and state.contradicted:
         missed[:, 0] += state.watch.sizes[body.sensed] ** 2
     posture(tree.layout, tree.geometry, tree.ranges, body.sensors, state.counted, body.tips, fused,
             state.headings, state.seen, method.constrained, state.wrong, tilt ** 2, heading ** 2,
-            missed, *arrays)
+            changing ** 2, missed, *arrays)
     if elapsed_s > 0.0:
         state.plausible.note(arrays[1], tick)
-    return *arrays, aligned_value(not state.contradicted)
+    return *arrays[:5], aligned_value(not state.contradicted), arrays[5]
 
 
 def _report_unseen(state: SalchowState, body: Body, tick: Tick) -> None:

@@ -30,7 +30,7 @@ def statuses(reports):
 @pytest.mark.parametrize("seed", range(3))
 def test_a_hinge_of_sensors_mounted_anyhow_is_tracked_once_its_axes_are_learnt(seed):
     gyr, acc, axes, true = moving_hinge(seed, TIMES, errors=SENSORS)
-    (_, angles, sd, _), reports, state = run_tracker(HINGE, gyr, acc, rate=50)
+    (_, angles, sd, *_), reports, state = run_tracker(HINGE, gyr, acc, rate=50)
     assert statuses(reports)[:4] == ["learning_axes", "untracked", "axes_learnt", "tracked"]
     found = state.table.axes[0]
     sign = np.sign(found[0] @ axes[0])
@@ -60,7 +60,7 @@ def test_each_hinge_of_a_tree_is_learnt_while_the_others_are_tracked():
              Joint(parent=1, child=3, kind="hinge", parent_axis=(1.0, 0.0, 0.0), child_axis=(1.0, 0.0, 0.0)))
     told = (*chain[:2], Joint(parent=1, child=3, kind="hinge", learn_axes=True))
     gyr, acc = Jointed(chain, 2, SENSORS).samples(TIMES)
-    (_, _, sd, _), reports, _ = run_tracker(
+    (_, _, sd, *_), reports, _ = run_tracker(
         ConstrainedTracker(sensors=4, joints=told), gyr, acc, rate=50)
     assert ("untracked", "joint 1-3") in reports
     assert (sd[100, :4] < math.pi).all()
@@ -75,7 +75,7 @@ def test_motion_that_does_not_show_the_axes_is_reported_and_nothing_is_made_up()
     gyr[:, 1, 2] = np.cos(TIMES)
     acc[:, 0, 1] = 9.81
     acc[:, 1, :2] = 9.81 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    (_, angles, sd, _), reports, _ = run_tracker(HINGE, gyr, acc, rate=50)
+    (_, angles, sd, *_), reports, _ = run_tracker(HINGE, gyr, acc, rate=50)
     assert statuses(reports).count("axes_not_learnt") == 1
     assert "move the joint itself" in dict(reports)["axes_not_learnt"]
     assert "axes_learnt" not in statuses(reports)
@@ -92,7 +92,7 @@ def test_hinges_of_the_recorded_chain_are_tracked_about_learnt_axes(recordings, 
     at = np.searchsorted(stamps, source.stamps_ns).clip(max=len(stamps) - 1)
     for first, most in enumerate(most_deg, start=1):
         both = [first, first + 1]
-        (orientation, _, sd, _), _, _ = run_tracker(
+        (orientation, _, sd, *_), _, _ = run_tracker(
             HINGE, *(np.ascontiguousarray(kind[:, both]) for kind in (source.gyr, source.acc)), rate=40)
         true = quaternion.relative(*np.moveaxis(source.reference.orientation[at][:, both], 1, 0))
         error = quaternion.rotation_angle(quaternion.relative(
@@ -107,7 +107,7 @@ def test_what_is_missing_or_at_rest_teaches_nothing():
     gyr[100:300, 1] = np.nan
     still = np.repeat(acc[:1], 200, axis=0)
     gyr, acc = np.concatenate([np.zeros((200, 2, 3)), gyr]), np.concatenate([still, acc])
-    (_, _, sd, _), reports, _ = run_tracker(HINGE, gyr, acc, rate=50)
+    (_, _, sd, *_), reports, _ = run_tracker(HINGE, gyr, acc, rate=50)
     assert "axes_learnt" in statuses(reports)
     assert np.flatnonzero(sd[:, 0] < math.pi)[0] >= 200 + 200 + 500 - 1
 

@@ -89,7 +89,7 @@ def test_orientations_are_to_the_earth_and_north():
 
 def test_a_still_hand_stays_where_it_is():
     gyr, acc, mag, _, _ = finger(depth_deg=(0.0, 0.0, 0.0))
-    (*_, position, velocity, _), _, _ = run_tracker(tracker(), gyr, acc, mag)
+    (*_, position, velocity, _, _), _, _ = run_tracker(tracker(), gyr, acc, mag)
     assert np.abs(position).max() < 0.02
     assert np.abs(velocity[-1]).max() < 0.01
 
@@ -102,7 +102,7 @@ def test_position_follows_a_short_move():
     acc = np.tile([0.0, 0.0, 9.81], (300, 4, 1))
     acc[..., 0] = along[:, None]
     gyr, mag = np.zeros((300, 4, 3)), np.tile(FIELD, (300, 4, 1))
-    (*_, position, velocity, _), _, _ = run_tracker(tracker(), gyr, acc, mag)
+    (*_, position, velocity, _, _), _, _ = run_tracker(tracker(), gyr, acc, mag)
     np.testing.assert_allclose(position[-1], [0.1, 0.0, 0.0], atol=0.01)
     np.testing.assert_allclose(velocity[-1], 0.0, atol=0.01)
 
@@ -271,7 +271,8 @@ def test_a_whole_hand_and_its_snapshot():
     mag = 1e-6 * mag + FIELD
     block = KortierTracker().resolve({"gyr": (16, 3), "acc": (16, 3), "mag": (16, 3)})
     whole, _, _ = run_tracker(block, gyr, acc, mag)
-    assert [part.shape[1:] for part in whole] == [(16, 4), (23,), (23,), (5, 3), (5, 3), (3,), (3,), (1,)]
+    assert [part.shape[1:] for part in whole] == [
+        (16, 4), (23,), (23,), (5, 3), (5, 3), (3,), (3,), (1,), (23,)]
     _, _, state = run_tracker(block, gyr, acc, mag, last=37)
     compiled = len(track.signatures)
     rest, _, _ = run_tracker(block, gyr, acc, mag, state=pickle.loads(pickle.dumps(state)), first=37)
@@ -285,7 +286,7 @@ def test_five_sensors_alone_are_those_of_chain5_whose_lengths_nobody_knows():
     block = KortierTracker(magnetometers=False).resolve({"gyr": (5, 3), "acc": (5, 3)})
     assert [(port.name, port.shape) for port in block.outputs] == [
         ("orientation", (5, 4)), ("angles", (6,)), ("angle_sd", (6,)), ("position", (3,)), ("velocity", (3,)),
-        ("aligned", (1,))]
+        ("aligned", (1,)), ("angle_random_sd", (6,))]
     worn = KortierTracker(sensors=5, sensed=("hand", "F2p", "F2m", "F2d", "forearm"))
     assert [port.name for port in worn.outputs[3:5]] == ["fingertips", "fingertip_sd"]
 

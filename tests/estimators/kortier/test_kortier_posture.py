@@ -50,7 +50,7 @@ def put_out(body, chains, filters, attitudes, pending=None):
     put_orientations(body.tree.layout, body.sensors, chains, filters, attitudes, relative, orientation)
     exact = misalignment(body.tree, 0.0, 0.0)
     pending = np.zeros(n) if pending is None else pending
-    put_angles(chains, filters, exact, orientation, 0.0, pending, *angles)
+    put_angles(chains, filters, exact, orientation, 0.0, pending, *angles, angles[1].copy())
     put_fingertips(body.tree.layout, body.tree.geometry, body.tips, body.sensors, chains, filters, exact, 0.0,
                    pending, (0.0, 0.0, 1.0), relative, *tip)
     return (*angles, orientation, relative, *tip)

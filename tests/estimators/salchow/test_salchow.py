@@ -344,7 +344,7 @@ def test_ticks_skipped_while_busy_are_made_good():
 
 def test_sizes_come_from_the_wire():
     tracker = SalchowM2().resolve({"gyr": (16, 3), "acc": (16, 3)})
-    assert [port.shape for port in tracker.outputs] == [(16, 4), (23,), (23,), (5, 3), (5, 3), (1,)]
+    assert [port.shape for port in tracker.outputs] == [(16, 4), (23,), (23,), (5, 3), (5, 3), (1,), (23,)]
     with pytest.raises(InputError, match="name the sensors' segments"):
         SalchowM2().resolve({"gyr": (5, 3), "acc": (5, 3)})
     with pytest.raises(InputError, match="sensors"):

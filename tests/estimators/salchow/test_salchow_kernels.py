@@ -38,15 +38,15 @@ def bodies():
 
 
 def postured(body, fused, constrained=True, headings=None, seen=None, tilt=0.01, heading=0.02, gaps=None,
-             kernel=posture):
-    """Outputs of the kernel: orientation, angles, sd, fingertips, fingertip_sd."""
+             kernel=posture, wrong=(0.0, 0.0), changing=0.02):
+    """Outputs of the kernel: orientation, angles, sd, fingertips, fingertip_sd, random_sd."""
     n, tree, tips = len(body.sensed), body.tree, len(body.tips)
     outputs = (np.empty((n, 4)), np.empty(len(tree.ranges)), np.empty(len(tree.ranges)), np.empty((tips, 3)),
-               np.empty((tips, 3)))
+               np.empty((tips, 3)), np.empty(len(tree.ranges)))
     kernel(tree.layout, tree.geometry, tree.ranges, body.sensors, np.ones(len(tree.segments), dtype=np.bool_),
            body.tips, fused, np.tile([1.0, 0.0], (n, 1)) if headings is None else headings,
-           body.seen() if seen is None else seen, constrained, misalignment(tree, 0.0, 0.0), tilt, heading,
-           np.zeros((n, 2)) if gaps is None else gaps, *outputs)
+           body.seen() if seen is None else seen, constrained, misalignment(tree, *wrong), tilt, heading,
+           changing, np.zeros((n, 2)) if gaps is None else gaps, *outputs)
     return outputs
 
 
@@ -90,7 +90,8 @@ def test_angles_and_fingertips_are_those_of_scipy_and_matrices(body, seed, const
     if near:
         fused = np.array([1.0, 0.0, 0.0, 0.0]) + 0.1 * fused
     fused = quaternion.normalized(fused)
-    orientation, angles, sd, tips, tip_sd = postured(body, fused, constrained)
+    orientation, angles, sd, tips, tip_sd, random_sd = postured(body, fused, constrained)
+    np.testing.assert_allclose(random_sd, sd, rtol=1e-12)  # without misalignment all errors are random
     expected, places = by_matrices(body, fused, constrained)
     assert np.abs(np.angle(np.exp(1j * (angles - expected)))).max() < 1e-6
     assert np.abs(tips - places).max() < 1e-7
@@ -143,7 +144,8 @@ def test_what_is_not_seen_is_neutral_and_unknown():
     seen = body.seen()
     seen[body.tree.index("F3m")] = False
     number = body.tree.freedom("F3_pip_flexion")
-    orientation, angles, sd, _, tip_sd = postured(body, fused, seen=seen)
+    orientation, angles, sd, _, tip_sd, random_sd = postured(body, fused, seen=seen)
+    assert random_sd[number] == UNSEEN_SD
     assert angles[number] == 0.0
     assert sd[number] == UNSEEN_SD
     np.testing.assert_allclose(orientation[body.tree.index("F3m")], fused[body.tree.index("F3m")])
@@ -172,7 +174,7 @@ def test_sds_are_those_of_errors_drawn(body, constrained):
         return np.stack(chain, axis=-2)
 
     still = chained(np.zeros((n, 3)))
-    _, _, sd, _, tip_sd = postured(body, still, constrained, tilt=tilt, heading=heading)
+    _, _, sd, _, tip_sd, _ = postured(body, still, constrained, tilt=tilt, heading=heading)
     up = quaternion.rotate(quaternion.conjugate(still), [0.0, 0.0, 1.0])
     errors = (np.sqrt(tilt) * rng.normal(size=(draws, n, 3))
               + np.sqrt(heading) * rng.normal(size=(draws, n, 1)) * up)
