@@ -67,7 +67,7 @@ def followed(hand, minutes, drifting=True, **parameters):
 
 
 def _compared(found, angles, tips, others):
-    values, sd, places, tip_sd, _ = found
+    values, sd, places, tip_sd, *_ = found
     error = np.angle(np.exp(1j * (values - angles)))
     away = places - tips
     row = {"tips": np.sqrt(np.mean(np.sum(away ** 2, axis=2), axis=0)),

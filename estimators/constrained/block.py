@@ -380,9 +380,10 @@ class ConstrainedTracker:
         if state.searches:
             learn(state, first, tick)
         if state.taken % round(1.0 / arrivals.period_s) == 0 and (
-                late := state.lateness.look(found.q, ends)):
+                told := state.lateness.look(found.q, ends)):
             state.seen[:] = LOST  # no acceleration between two samples of before and after
-            tick.report("late_sensor", late)
+            for status, detail in told:
+                tick.report(status, detail)
         misfit = state.misfit.copy()
         if judge(found.rest[0], found.doubt, math.radians(self.tissue_sd_deg), state.misfit, state.doubted):
             report_misfits(misfit, state.misfit, table, tick)

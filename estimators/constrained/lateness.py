@@ -13,13 +13,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimators.constrained.filter import SOUND
 from estimators.constrained.measurements import change_of, mean_of, spin_matrix
+from estimators.constrained.rates import SLOWEST, Rates
 from estimators.constrained.vectors import components, rotated, store, turn_by
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply
@@ -57,9 +58,10 @@ class Lateness:
     ----------
     period_s: of the samples; spacing: ticks between two samples of a correlation.
     late_s: (n,), by how much each sensor's samples are later than those of the earliest; 0 until found.
-    known: whether any is late; watched: whether any was when last looked at, so that samples are kept.
+    rates: how often each sensor is sampled.
+    known: whether any is late or slow; watched: whether any was when last looked at: samples are kept.
     past: (rows, 2, n, 3), newest rates and accelerations, a ring; NaN before the first.
-    newest: row of the newest.
+    newest: row of the newest; newest_ns: its capture.
     frame: (joints, 4), child's sensor to a frame that does not rotate.
     mean: (joints, 2, 3), m/s^2, slow part of the acceleration from parent and child.
     kept: (joints, 2, lags + 1, 3), m/s^2, newest fast parts, the newest first.
@@ -70,6 +72,7 @@ class Lateness:
     period_s: float
     spacing: int
     late_s: Array
+    rates: Rates
     past: Array
     frame: Array
     mean: Array
@@ -80,54 +83,72 @@ class Lateness:
     known: bool = False
     watched: bool = False
     newest: int = 0
+    newest_ns: int = -1
 
     @classmethod
     def unknown(cls, sensors: int, joints: int, period_s: float) -> Lateness:
         """Nothing known."""
         spacing = max(1, round(_SPACING_S / period_s))
         lags = max(2, math.ceil(_REACH_S / (spacing * period_s)))
-        rows = 2 * math.ceil(_REACH_S / period_s) + 2
+        rows = 2 * math.ceil(_REACH_S / period_s) + 2 + SLOWEST
         frame = np.zeros((joints, 4))
         frame[:, 0] = 1.0
-        return cls(period_s, spacing, np.zeros(sensors), np.full((rows, 2, sensors, 3), np.nan), frame,
-                   np.zeros((joints, 2, 3)), np.zeros((joints, 2, lags + 1, 3)),
-                   np.zeros((joints, 2 * lags + 1)), np.zeros((joints, 2)), np.zeros(joints))
+        return cls(period_s, spacing, np.zeros(sensors), Rates.unknown(sensors),
+                   np.full((rows, 2, sensors, 3), np.nan), frame, np.zeros((joints, 2, 3)),
+                   np.zeros((joints, 2, lags + 1, 3)), np.zeros((joints, 2 * lags + 1)),
+                   np.zeros((joints, 2)), np.zeros(joints))
 
     def align(self, inputs: Sequence[Sample], ticks: int) -> Sequence[Sample]:
         """The samples of rates and accelerations, (n, 3) each, at the instant of the latest sensor's.
 
+        Those of slow sensors are interpolated, so that the instant is one of their samples or before it.
         `ticks` is the number of ticks since the last call; what came between is unknown.
         """
+        gyr, acc = cast(Array, inputs[0].value), cast(Array, inputs[1].value)
+        rates = self.rates
+        if inputs[0].newest_ns > self.newest_ns:
+            self.newest_ns = inputs[0].newest_ns
+            rates.note(gyr, acc, ticks)
+        else:
+            rates.ended[:] = 0
         if not self.watched:
             return inputs
-        gyr, acc = inputs[0].value, inputs[1].value
-        self.newest = remember(self.past, self.newest, gyr, acc, ticks)
+        self.newest = remember(self.past, self.newest, gyr, acc, ticks, rates.every, rates.since, rates.ended)
         if not self.known:
             return inputs
         values = np.empty_like(gyr), np.empty_like(acc)
-        simultaneous(self.past, self.newest, self.late_s, self.period_s, *values)
+        simultaneous(self.past, self.newest, self._waits(), *values)
         return [sample._replace(value=value) for sample, value in zip(inputs, values, strict=True)]
 
     def turns(self) -> Array:
         """Rotation of each sensor since that instant, (n, 3), rad: by what came, then by its newest rate."""
         turns = np.zeros((len(self.late_s), 3))
         if self.known:
-            turned_since(self.past, self.newest, self.late_s, self.period_s, turns)
+            turned_since(self.past, self.newest, self.late_s / self.period_s, self._waits(), turns)
+            turns *= self.period_s
         return turns
 
-    def look(self, q: Array, ends: NDArray[np.int64]) -> str:
+    def _waits(self) -> Array:
+        """Periods for which each sensor's samples wait, (n,)."""
+        waits: Array = (self.late_s.max() - self.late_s) / self.period_s + (self.rates.every.max() - 1)
+        return waits
+
+    def look(self, q: Array, ends: NDArray[np.int64]) -> list[tuple[str, str]]:
         """Make new differences good, in relative orientations q (h, joints, 4) too.
 
-        Tells how late each sensor is against most of them; empty where nothing changed. Correlations of what
-        has been made good begin anew.
+        Returns statuses and details: how late each sensor is against most of them, and which are slow; none
+        where nothing changed. Correlations of what has been made good begin anew.
         """
         late_s, sd_s = np.zeros((2, len(self.lasted)))
         differences(self.product, self.energy, self.lasted, self.spacing * self.period_s, late_s, sd_s)
         new = np.abs(late_s) > np.maximum(_LEAST_S, _SURE * sd_s)
-        watched, self.watched = self.watched, bool(self.known or new.any())
-        if not (watched and new.any()):
-            return ""
+        every = self.rates.found()
+        slow = bool((every != self.rates.every).any())
+        watched, self.watched = self.watched, bool(self.known or new.any() or slow)
+        if not (watched and (new.any() or slow)):
+            return []
         turns = self.turns()
+        self.rates.every[:] = every
         for j in np.flatnonzero(new):
             # All sensors beyond the joint are later by as much.
             beyond = {int(ends[j, 1])}
@@ -135,20 +156,32 @@ class Lateness:
             self.late_s[sorted(beyond)] += late_s[j]
             self.product[j], self.energy[j], self.lasted[j] = 0.0, 0.0, 0.0
         self.late_s -= self.late_s.min()
-        np.minimum(self.late_s, (len(self.past) - 2) * self.period_s, out=self.late_s)
-        self.known = bool(self.late_s.any())
+        np.minimum(self.late_s, (len(self.past) - 2 - SLOWEST) * self.period_s, out=self.late_s)
+        self.known = bool(self.late_s.any() or every.max() > 1)
         turns -= self.turns()
         for hypothesis in q:
             hypothesis[:] = ahead(hypothesis, ends, turns)
-        against = 1e3 * (self.late_s - np.sort(self.late_s)[(len(self.late_s) - 1) // 2])
-        return "samples come at different times: " + (", ".join(
-            f"sensor {i} {abs(each):.0f} ms {'late' if each > 0.0 else 'early'}"
-            for i, each in enumerate(against) if abs(each) >= 1.0) or "none any more")
+        told = []
+        if slow:
+            told.append(("slow_sensor", "samples come at different rates: " + (", ".join(
+                f"sensor {i} each {ticks}. tick" for i, ticks in enumerate(every.tolist()) if ticks > 1)
+                or "none any more")))
+        if new.any():
+            against = 1e3 * (self.late_s - np.sort(self.late_s)[(len(self.late_s) - 1) // 2])
+            told.append(("late_sensor", "samples come at different times: " + (", ".join(
+                f"sensor {i} {abs(each):.0f} ms {'late' if each > 0.0 else 'early'}"
+                for i, each in enumerate(against) if abs(each) >= 1.0) or "none any more")))
+        return told
 
 
 @compiled
-def remember(past: Any, newest: int, gyr: Any, acc: Any, ticks: int) -> int:
-    """Add the newest samples (n, 3) of `ticks` ticks, but for the last unknown; return the newest row."""
+def remember(
+    past: Any, newest: int, gyr: Any, acc: Any, ticks: int, every: Any, since: Any, ended: Any
+) -> int:
+    """Add the newest samples (n, 3) of `ticks` ticks, but for the last unknown; return the newest row.
+
+    A slow sensor's samples are held until the next one, then interpolated; every, since, ended: as in Rates.
+    """
     rows = past.shape[0]
     for _ in range(min(ticks, rows) - 1):
         newest = (newest + 1) % rows
@@ -157,16 +190,26 @@ def remember(past: Any, newest: int, gyr: Any, acc: Any, ticks: int) -> int:
     for i in range(gyr.shape[0]):
         for a in range(3):
             past[newest, 0, i, a], past[newest, 1, i, a] = gyr[i, a], acc[i, a]
+        for kind in range(2):
+            for a in range(3):
+                if 0 < since[i] < every[i]:
+                    past[newest, kind, i, a] = past[(newest - 1) % rows, kind, i, a]
+                if 1 < ended[i] <= every[i]:
+                    before = past[(newest - ended[i]) % rows, kind, i, a]
+                    for k in range(1, ended[i]):
+                        share = k / ended[i]
+                        past[(newest - ended[i] + k) % rows, kind, i, a] = (
+                            before + share * (past[newest, kind, i, a] - before))
     return newest
 
 
 @compiled
-def simultaneous(past: Any, newest: int, late_s: Any, period: float, gyr: Any, acc: Any) -> None:
-    """Write the samples (n, 3) of the instant at which the latest sensor was sampled, interpolated."""
-    latest, rows = late_s.max(), past.shape[0]
-    for i in range(late_s.size):
+def simultaneous(past: Any, newest: int, waits: Any, gyr: Any, acc: Any) -> None:
+    """Write the samples (n, 3) of one instant, interpolated; each sensor's are `waits` (n,) periods old."""
+    rows = past.shape[0]
+    for i in range(waits.size):
         # A wait of whole periods, but for rounding, needs one sample only.
-        wait = (latest - late_s[i]) / period
+        wait = waits[i]
         share = wait - int(wait + 1e-6)
         k = (newest - int(wait + 1e-6)) % rows
         before = (k - 1) % rows
@@ -178,19 +221,22 @@ def simultaneous(past: Any, newest: int, late_s: Any, period: float, gyr: Any, a
 
 
 @compiled
-def turned_since(past: Any, newest: int, late_s: Any, period: float, turns: Any) -> None:
-    """Write the rotation of each sensor since that instant, `turns` (n, 3), rad."""
-    latest, rows = late_s.max(), past.shape[0]
-    for i in range(late_s.size):
-        wait = (latest - late_s[i]) / period
+def turned_since(past: Any, newest: int, late: Any, waits: Any, turns: Any) -> None:
+    """Write the rotation of each sensor since that instant, `turns` (n, 3), rad/s periods.
+
+    late: (n,), periods by which the newest sample of each is late.
+    """
+    rows = past.shape[0]
+    for i in range(waits.size):
+        wait = waits[i]
         for a in range(3):
-            total, k = late_s[i] / period * past[newest, 0, i, a], 0
+            total, k = late[i] * past[newest, 0, i, a], 0
             while k < wait:
                 share, later = min(1.0, wait - k), past[(newest - k) % rows, 0, i, a]
                 before = later + share * (past[(newest - k - 1) % rows, 0, i, a] - later)
                 total += 0.5 * share * (later + before)
                 k += 1
-            turns[i, a] = period * total if total * 0.0 == 0.0 else 0.0
+            turns[i, a] = total if total * 0.0 == 0.0 else 0.0
 
 
 @compiled

@@ -58,6 +58,7 @@ INDIRECT = {
     ("controllers/safety.py", "status"): ("controllers/safety.py:LIMITED",),
     ("estimators/constrained/block.py", "event"): (
         "estimators/constrained/block.py:report", "estimators/constrained/block.py:report_misfits"),
+    ("estimators/constrained/block.py", "status"): ("estimators/constrained/lateness.py:look",),
     ("estimators/kortier/tick.py", "status"): ("estimators/kortier/tick.py:report_unseen",),
     ("estimators/salchow/fusion.py", "status"): ("estimators/salchow/fusion.py:_report_unseen",),
     ("estimators/arrivals.py", "status"): ("estimators/arrivals.py:_report",),

@@ -99,7 +99,7 @@ def test_a_known_pose_gives_the_first_headings():
         for k in range(20):
             tick.index, tick.time_ns = k, k * 10**7
             inputs = [Sample(np.zeros((17, 3)), *[tick.time_ns] * 3), Sample(acc, *[tick.time_ns] * 3)]
-            _, found, sd, places, _, aligned = tracker.step(state, inputs, tick)
+            _, found, sd, places, _, aligned, _ = tracker.step(state, inputs, tick)
             assert aligned == float(not pose_s), "20 of 100 samples of the pose"
         off[pose_s] = (np.abs(places - tips).max(), np.degrees(np.abs(found - angles)).max(),
                        np.degrees(sd.max()))
