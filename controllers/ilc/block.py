@@ -14,9 +14,9 @@ from controllers.force_sensors import contact_force, require_count, wired_places
 from controllers.ilc.convergence import Condition, cautions_in_place, check, condition_of, faults
 from controllers.ilc.laws import pulses_of
 from controllers.ilc.parameters import IlcParameters
-from controllers.ilc.trajectories import SeenTrial, explained
 from controllers.reach import Reach, reach_of
 from controllers.timing import period_ns
+from controllers.trajectories import SeenTrial, explained
 from fesloop.errors import InputError
 from fesloop.loop.abilities import Passage, Surroundings
 from fesloop.loop.block import Context, Tick

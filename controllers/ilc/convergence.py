@@ -30,8 +30,8 @@ from controllers.allocation import LEAST_REACH, check_reach, require_kept
 from controllers.force_sensors import require_felt
 from controllers.ilc.laws import Learning, low_pass, static_gain
 from controllers.ilc.parameters import IlcParameters
-from controllers.ilc.trajectories import response, strongest
 from controllers.timing import DELAY_STATUS, delay_text, missed_ns
+from controllers.trajectories import response, strongest
 from fesloop.errors import InputError
 from fesloop.loop.abilities import Surroundings
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns

@@ -34,8 +34,8 @@ from scipy.linalg import block_diag
 from scipy.signal import butter, sosfiltfilt
 
 from controllers.allocation import Allocation, allocate
-from controllers.ilc.trajectories import adjoint, optimal_change, response, strongest
 from controllers.quadratic_programme import Qp, QpResult, solve_sparse
+from controllers.trajectories import adjoint, optimal_change, response, strongest
 from fesloop.errors import InputError
 from fesloop.models.linear_model import SampledModel
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from controllers.allocation import Allocation, allocation_of
 from controllers.ilc.laws import AllocatedCurves, LawName, Learning, Limits, SolverName
-from controllers.ilc.trajectories import BankRule
+from controllers.trajectories import BankRule
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.models.linear_model import LinearModel, SampledModel
@@ -64,7 +64,7 @@ class IlcParameters:
     ----------
     model: nominal plant; outputs rad, inputs the recruited fractions.
     bank: further models; the law of each trial uses those that predict it best
-        (`ilc.trajectories.shares_of`).
+        (`trajectories.shares_of`).
     bank_rule: "best" model or "mixture".
     current_ma: (muscles,), fixed current of each channel.
     duration_s: length of a trial; after it the last drive is held.

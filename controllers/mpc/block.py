@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from controllers.force_sensors import contact_force, require_count, wired_places
 from controllers.mpc import checks as mpc_checks
 from controllers.mpc.design import candidates_of, carry_over, compare, nominal
-from controllers.mpc.kernel import build_problem, issue_drive, solve_in_contact
+from controllers.mpc.kernel import Task, build_problem, issue_drive, solve_in_contact
+from controllers.mpc.memory import Course
 from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.state import Loop, MpcState, fall_back
 from controllers.quadratic_programme import NOT_FINITE
@@ -22,7 +23,7 @@ from controllers.timing import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.abilities import AgeLimit, Surroundings
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Sample, Sensors, Value, is_finite
 
 Array = NDArray[np.float64]
@@ -30,7 +31,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mpc(MpcParameters):
-    """Model predictive control: cost and limits in `mpc.plan`, estimation in `mpc.observer`.
+    """Model predictive control: cost and limits in `mpc.plan`, estimation in `mpc.observer`, learning from
+    trial to trial in `mpc.memory`.
 
     Each tick estimates the plant's present state from the newest sample, its capture stamp and the recorded
     drives, solves the condensed programme and issues its first drive, converted to pulse widths at fixed
@@ -106,12 +108,18 @@ class Mpc(MpcParameters):
         muscles, candidates = self.model.inputs, candidates_of(self, period_ns(context))
         ledger = np.zeros(self.horizon if self.horizon_charge_max_uc < math.inf else 0)
         reach = self.reach()
+        course = Course(np.empty((0, self.model.outputs))) if self.memory else None
         return MpcState(reach, reach_of(self.model, reach), self.allocation().table(), candidates,
-                        nominal(candidates), np.zeros(muscles), np.zeros((muscles, 2)), ledger)
+                        nominal(candidates), np.zeros(muscles), np.zeros((muscles, 2)), ledger, course=course)
 
     def next_trial(self, state: MpcState, context: Context) -> MpcState:
-        """State at rest, with the learnt strengths of the muscles."""
+        """State at rest, with the learnt strengths of the muscles, or the disturbance to expect."""
         fresh = self.init(context)
+        if self.memory is not None and state.course is not None:
+            period = period_ns(context)
+            model = self.model.sampled(period, duration_ns(self.actuation_delay_ms, NS_PER_MS,
+                                                           "actuation_delay_ms"))
+            fresh.course = Course(self.memory.learnt(state.course, model, period, self.grasping_outputs))
         if self.adaptation:
             carry_over(self.adaptation, state.candidates, fresh.candidates)
             fresh.chosen = state.chosen
@@ -129,13 +137,16 @@ class Mpc(MpcParameters):
                 f"the newest capture behind `measured` is {(now_ns - measured.newest_ns) / NS_PER_MS:.4g} ms "
                 f"old, older than {self.max_age_ms:g} ms")
         else:
-            trouble, detail = self._control(state, reference, measured, now_ns)
+            trouble, detail = self._control(state, reference, measured, tick)
         if trouble:
             fall_back(self, state, tick, trouble, detail)
         if now_ns < self.begin_s * NS_PER_S:
             state.drive = np.zeros_like(state.drive)
         elif reference is not None:
             state.held.look(state.latch, tick, reference[0])
+        if state.course is not None:
+            state.course.note(tick.index, state.drive, measured.newest_ns, cast(Array, measured.value),
+                              state.touch.holding)
         estimate = state.estimate
         state.pulses = np.empty((state.drive.size, 2))
         saturated = issue_drive(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns,
@@ -162,21 +173,26 @@ class Mpc(MpcParameters):
             self.contact.look(state.touch, pressed_n, tick.time_ns)
         state.latch.put(tick, "contact", state.touch.holding, "grasping channels follow the model alone")
 
-    def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:
+    def _control(self, state: MpcState, reference: Array, sample: Sample, tick: Tick) -> tuple[str, str]:
         """Set the drive to the first optimal one; return (status, detail), ("", "") without trouble."""
-        measured = cast(Array, sample.value)
-        captured_ns = sample.newest_ns if self.compensate_age else now_ns
+        measured, target = cast(Array, sample.value), reference
+        captured_ns = sample.newest_ns if self.compensate_age else tick.time_ns
+        if state.course is not None:
+            period = state.candidates[0].observer.period_ns
+            measured = measured - state.course.expected_at(captured_ns, period)
+            target = reference - state.course.expected_ahead(tick.index, self.horizon)
         if self.adaptation and is_finite(measured):
             state.chosen = compare(state.candidates, state.chosen, self.adaptation, captured_ns, measured,
                                    state.touch.holding)
         candidate = state.candidates[state.chosen]
         gain = candidate.observer.touching_gain if state.touch.holding else candidate.observer.gain
         now = Loop(candidate.estimate, state.drive, state.pulses)
-        problem = build_problem(self, state, now, gain, reference, sample, captured_ns, now_ns)
+        task = Task(measured, captured_ns, tick.time_ns, reference, target)
+        problem = build_problem(self, state, now, gain, task)
         if problem.fault == NOT_FINITE:
             return "non_finite", "an input is not finite"
         if state.touch.holding and self.grasping_channels:
-            result = solve_in_contact(self, state, now, problem, reference, sample, captured_ns, now_ns)
+            result = solve_in_contact(self, state, now, problem, task)
         else:
             state.alone = None
             result = candidate.qp.solve_around(*problem)

@@ -52,6 +52,9 @@ def check(mpc: MpcParameters) -> None:
                         ("cocontraction_weight", (mpc.cocontraction_weight,))):
         if not all(math.isfinite(value) and value >= 0.0 for value in values):
             raise InputError(key, f"{values}", "finite weights, 0 or more")
+    if mpc.memory is not None and mpc.adaptation is not None:
+        raise InputError("memory", "given beside adaptation, which explains the same errors by the muscles",
+                         "one of both", "remove memory or adaptation")
     require_felt(mpc.places, mpc.contact_places)
     for key, size in (("grasping_outputs", mpc.model.outputs), ("grasping_channels", mpc.model.inputs)):
         if not set(getattr(mpc, key)) <= set(range(size)):

@@ -5,7 +5,7 @@ Compiled functions fill arrays of the caller: returning an array takes them as l
 
 from __future__ import annotations
 
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,6 @@ from controllers.mpc.plan import charge_room, free_optimum, limits
 from controllers.mpc.state import Loop, MpcState
 from controllers.quadratic_programme import NOT_FINITE, QpResult, check_vectors
 from fesloop.compiled import compiled
-from fesloop.loop.signals import Sample
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -28,8 +27,8 @@ def assemble_qp(
     ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
     stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, at_ns: int, captured_ns: int, now_ns: int,
     measured: Array, free: Array, rows: Array, boxes: Array, reach: Array, slew: float, table: Array,
-    charge_rise_c: float, charge: Array, drive: Array, pulses: Array, reference: Array, best: Array,
-    lower: Array, upper: Array, below: Array, above: Array,
+    charge_rise_c: float, charge: Array, drive: Array, pulses: Array, target: Array, reference: Array,
+    best: Array, lower: Array, upper: Array, below: Array, above: Array,
 ) -> int:
     """Fill the free optimum and the bounds of this tick's programme; return its fault code (`qp.dense`).
 
@@ -40,7 +39,8 @@ def assemble_qp(
     Parameters
     ----------
     ladder ... delay_ns: as in `Observer` and `ObserverState`.
-    measured, reference: (outputs,) and (N, outputs), rad.
+    measured, target: (outputs,) and (N, outputs), rad, less the disturbance that is expected of the trial.
+    reference: (N, outputs), rad, the target with it.
     free, rows, boxes: as in `Plan`.
     reach, slew: greatest drive of each muscle, (muscles,), and its greatest change a tick.
     table, charge_rise_c: as in `risen`.
@@ -67,7 +67,7 @@ def assemble_qp(
     risen(table, pulses, charge_rise_c, rise)
     for i in range(muscles):
         rise[i] = strength[i] * max(rise[i], drive[i])
-    free_optimum(free, present, disturbance + offset, reference, answered, best)
+    free_optimum(free, present, disturbance + offset, target, answered, best)
     limits(strength * reach, slew * strength, answered, rise, charge, boxes, reference, best, lower, upper)
     fault: int = check_vectors(best, lower, upper)
     centre_bounds(rows, reference.shape[0] * muscles, muscles, best, lower, upper, below, above)
@@ -118,11 +118,24 @@ class Problem(NamedTuple):
     fault: int
 
 
-def build_problem(
-    mpc: MpcParameters,
-    state: MpcState, loop: Loop, gain: Array, reference: Array, sample: Sample, captured_ns: int,
-    now_ns: int,
-) -> Problem:
+class Task(NamedTuple):
+    """What is measured and wanted at a tick.
+
+    Attributes
+    ----------
+    measured: (outputs,), rad, less the disturbance that is expected of the trial at the capture.
+    captured_ns, now_ns: instants of the capture and of the tick.
+    reference: (N, outputs), rad, at the coming ticks; target: the same less the expected disturbance.
+    """
+
+    measured: Array
+    captured_ns: int
+    now_ns: int
+    reference: Array
+    target: Array
+
+
+def build_problem(mpc: MpcParameters, state: MpcState, loop: Loop, gain: Array, task: Task) -> Problem:
     """Programme of this tick, from the loop's estimate corrected by the sample with the observer `gain`."""
     candidate, estimate = state.candidates[state.chosen], loop.estimate
     plan, observer, charge = candidate.plan, candidate.observer, state.given_uc
@@ -133,11 +146,11 @@ def build_problem(
     fault = assemble_qp(
         observer.ladder, observer.c, observer.offset, gain, estimate.x, estimate.disturbance,
         estimate.strength, estimate.stamps, estimate.inputs, observer.period_ns, observer.delay_ns,
-        estimate.at_ns, captured_ns, now_ns, cast(Array, sample.value), plan.free, plan.rows, plan.boxes,
+        estimate.at_ns, task.captured_ns, task.now_ns, task.measured, plan.free, plan.rows, plan.boxes,
         state.reach, mpc.slew, state.table, 1e-6 * mpc.charge_rise_uc, charge, loop.drive, loop.pulses,
-        reference, *vectors)
+        task.target, task.reference, *vectors)
     if fault != NOT_FINITE:
-        estimate.at_ns = max(estimate.at_ns, captured_ns)
+        estimate.at_ns = max(estimate.at_ns, task.captured_ns)
     return Problem(*vectors, fault)
 
 
@@ -146,9 +159,7 @@ _SLACK = 1e-4
 
 
 def solve_in_contact(
-    mpc: MpcParameters,
-    state: MpcState, now: Loop, problem: Problem, reference: Array, sample: Sample, captured_ns: int,
-    now_ns: int,
+    mpc: MpcParameters, state: MpcState, now: Loop, problem: Problem, task: Task
 ) -> QpResult:
     """Solve `problem` with the drives of `grasping_channels` fixed to those of a simulated loop.
 
@@ -158,12 +169,12 @@ def solve_in_contact(
     candidate = state.candidates[state.chosen]
     state.alone = alone = state.alone or now.copied()
     still = np.zeros_like(candidate.observer.gain)
-    led = candidate.qp.solve_around(
-        *build_problem(mpc, state, alone, still, reference, sample, captured_ns, now_ns))
+    led = candidate.qp.solve_around(*build_problem(mpc, state, alone, still, task))
     if not led.solved:
         return led
     alone.drive = np.minimum(led.x[:alone.drive.size] / alone.estimate.strength, state.reach)
-    issue_drive(state.table, alone.drive, alone.estimate.stamps, alone.estimate.inputs, now_ns, alone.pulses)
+    issue_drive(state.table, alone.drive, alone.estimate.stamps, alone.estimate.inputs, task.now_ns,
+                alone.pulses)
     _prescribe(mpc, problem, led.x, alone.drive.size)
     return candidate.qp.solve_around(*problem)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from controllers.allocation import Allocation, allocation_of
 from controllers.grip import Contact
+from controllers.mpc.memory import Memory
 from controllers.mpc.strength_adaptation import StrengthAdaptation
 from fesloop.models.linear_model import LinearModel
 
@@ -44,6 +45,7 @@ class MpcParameters:
     compensate_age: whether to predict across the age of a sample; otherwise a sample counts as captured when
         it is read.
     adaptation: adaptation of the muscles' strengths and the plant's speed, from trial to trial; None: none.
+    memory: learning of what trials have in common beyond the model (`mpc.memory`); None: none.
     drive_noise, disturbance_deg, measurement_deg: sd of the drive's error, of the walk of the output
         disturbance over 1 s, and of a measurement, for the observer's gain.
     places: parts of the hand that the force sensors are on, such as "palm" and "F1d"; empty: as their block
@@ -80,6 +82,7 @@ class MpcParameters:
     actuation_delay_ms: float = 0.0
     compensate_age: bool = True
     adaptation: StrengthAdaptation | None = None
+    memory: Memory | None = None
     drive_noise: float = 0.05
     disturbance_deg: float = 20.0
     measurement_deg: float = 0.5

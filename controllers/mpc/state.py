@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from controllers.allocation import risen
 from controllers.grip import Touch
 from controllers.mpc.design import Candidate
+from controllers.mpc.memory import Course
 from controllers.mpc.observer import ObserverState
 from controllers.mpc.parameters import MpcParameters
 from controllers.reach import Reach
@@ -75,6 +76,7 @@ class MpcState:
     alone: loop on the model alone while the hand touches something.
     touch: whether the hand touches something.
     latch: statuses that hold until they end.
+    course: record of the trial and what is expected of it; None without memory.
     """
 
     reach: Array
@@ -89,6 +91,7 @@ class MpcState:
     alone: Loop | None = None
     touch: Touch = field(default_factory=Touch)
     latch: StatusLatch = field(default_factory=StatusLatch)
+    course: Course | None = None
 
     @property
     def estimate(self) -> ObserverState:

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.ilc.trajectories import posture_at
+from controllers.trajectories import posture_at
 
 MS = 1_000_000
 TICKS = np.arange(20) * 25 * MS

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from ilc_parts import MODEL, scalar
 
-from controllers.ilc.trajectories import mixed, response, shares_of
+from controllers.trajectories import mixed, response, shares_of
 
 MODELS = [scalar(0.5, 1.0), scalar(0.9, 0.3), scalar(0.2, 2.0)]
 DRIVES = np.random.default_rng(0).uniform(0.0, 1.0, (40, 1))

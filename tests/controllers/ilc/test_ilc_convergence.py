@@ -8,7 +8,7 @@ from scipy import signal
 
 from controllers.ilc.convergence import SEEN, condition, growth_on
 from controllers.ilc.laws import low_pass
-from controllers.ilc.trajectories import response
+from controllers.trajectories import response
 from fesloop.models.linear_model import SampledModel
 
 PERIOD_NS = 40_000_000

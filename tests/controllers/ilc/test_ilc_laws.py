@@ -10,7 +10,7 @@ from scipy.optimize import LinearConstraint, lsq_linear, minimize
 from controllers.ilc import laws as ilc_programme
 from controllers.ilc.convergence import condition
 from controllers.ilc.laws import LawName, Limits, led
-from controllers.ilc.trajectories import response, strongest
+from controllers.trajectories import response, strongest
 from fesloop.errors import InputError
 from fesloop.models.linear_model import SampledModel
 

@@ -5,7 +5,7 @@ from scipy.optimize import LinearConstraint, minimize
 
 from controllers.allocation import Allocation
 from controllers.ilc.laws import Limits, limited_change
-from controllers.ilc.trajectories import optimal_change, response
+from controllers.trajectories import optimal_change, response
 from fesloop.models.linear_model import SampledModel
 
 SAMPLES = 12

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from ilc_parts import MODEL, scalar
 
-from controllers.ilc.trajectories import adjoint, optimal_change, response, strongest
+from controllers.trajectories import adjoint, optimal_change, response, strongest
 from fesloop.errors import InputError
 
 SAMPLES = 12
