@@ -46,6 +46,42 @@ def note(seen: SeenTrial, latch: StatusLatch, k: int, inputs: Sequence[Sample], 
 
 
 Report = tuple[str, str]
+_WORSE, _FAR_WORSE = 1.5, 2.0
+"""Ratio to the least error above which a trial counts as worse if the error has grown, and in any case
+(chosen)."""
+
+
+@dataclass(slots=True, eq=False)
+class Progress:
+    """Errors of the trials so far.
+
+    Attributes
+    ----------
+    errors: RMS error of each trial, rad, outputs weighted as by the law.
+    best: (samples, muscles), drives of the trial of least error; None before the first.
+    worse: number of successive trials, the last among them, that are worse than the best.
+    stopped: whether learning has stopped.
+    """
+
+    errors: list[float] = field(default_factory=list)
+    best: Array | None = None
+    worse: int = 0
+    stopped: bool = False
+
+    def note(self, error: float, drives: Array, stop_after: int) -> tuple[Report, ...]:
+        """Add a trial; return the report that learning has stopped, if it has."""
+        least, before = min(self.errors, default=math.inf), self.errors[-1] if self.errors else math.inf
+        self.errors.append(error)
+        if error < least:
+            self.best = drives
+        worse = error > _FAR_WORSE * least or error > max(_WORSE * least, before)
+        self.worse = self.worse + 1 if worse else 0
+        self.stopped = 0 < stop_after <= self.worse
+        if not self.stopped:
+            return ()
+        told = ", ".join(f"{math.degrees(each):.2g}" for each in self.errors)
+        return (("learning_stopped", f"trials became worse (errors {told} deg): from now on the drives of "
+                 f"trial {self.errors.index(min(self.errors))} (counted from 0) are used"),)
 
 
 @dataclass(slots=True, eq=False)
@@ -56,6 +92,7 @@ class IlcState:
     ----------
     drives, pulses: (samples, muscles), and (samples, muscles, 2), their pulses.
     held: angles that drives can hold.
+    progress: errors of the trials before.
     pending: statuses of the learning before this trial, reported at its first tick.
     """
 
@@ -63,6 +100,7 @@ class IlcState:
     pulses: Array
     seen: SeenTrial
     held: Reach
+    progress: Progress
     pending: tuple[Report, ...] = ()
     latch: StatusLatch = field(default_factory=StatusLatch)
 
@@ -75,8 +113,9 @@ class Ilc(IlcParameters):
     model's recruitment, and records the measurements with their capture stamps. Between trials the law
     computes new drives from the error. Only instants with a measurement count: not the end of a trial that
     ended early or whose last samples had not arrived, and not gaps. A trial with too many doubtful samples
-    is rejected, and its drives are used again. A law whose condition of convergence fails, or holds with a
-    small margin, is reported at the first tick.
+    is rejected, and its drives are used again. Learning that makes trials worse stops, and the drives of the
+    best trial are used from then on (`stop_after`). A law whose condition of convergence fails, or holds with
+    a small margin, is reported at the first tick.
 
     Parameters are those of `IlcParameters`.
 
@@ -133,13 +172,15 @@ class Ilc(IlcParameters):
 
     def init(self, context: Context) -> IlcState:
         """State of the first trial."""
-        return self._trial(self.learning(period_ns(context)).first, self.cautions(context))
+        return self._trial(self.learning(period_ns(context)).first, Progress(), self.cautions(context))
 
     def next_trial(self, state: IlcState, context: Context) -> IlcState:
         """State of the next trial, with the drives that the law learns from the last one."""
-        period, share = period_ns(context), state.seen.doubtful_share()
+        period, share, progress = period_ns(context), state.seen.doubtful_share(), state.progress
+        if progress.stopped and progress.best is not None:
+            return self._trial(progress.best, progress)
         if share > self.reject_share:
-            return self._trial(state.drives, ((
+            return self._trial(state.drives, progress, ((
                 "trial_rejected", f"{100.0 * share:.0f} % of the measurements are doubtful, more than "
                 f"{100.0 * self.reject_share:g} %: the drives are used again"),))
         gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
@@ -147,25 +188,31 @@ class Ilc(IlcParameters):
         begun = np.arange(covered.shape[0])[:, None] >= self.begins(period)
         covered &= begun & ~state.seen.touching(self.grasping_outputs, self.model.outputs)
         kept = ~begun | state.seen.touching(self.grasping_channels, self.model.inputs)
-        model, reports = None, []
+        model, reports = None, list[Report]()
         if self.bank and covered.any():
             models = [self.sampled(each, period) for each in (self.model, *self.bank)]
             model, report = explained(models, state.drives, posture, covered, self.bank_rule)
             reports.append(report)
-        learning = self.learning(period, model)
-        drives, status = learning.learn(state.drives, state.seen.reference - posture, covered, kept)
+        learning, errors = self.learning(period, model), state.seen.reference - posture
+        heed = covered * learning.weights()
+        if heed.any():
+            error = math.sqrt(float(np.sum(heed * errors ** 2) / np.sum(heed)))
+            reports += progress.note(error, state.drives, self.stop_after)
+            if progress.stopped and progress.best is not None:
+                return self._trial(progress.best, progress, tuple(reports))
+        drives, status = learning.learn(state.drives, errors, covered, kept)
         part = np.where(state.seen.touching((), self.model.inputs), self.grasping_step, 1.0)
         drives = learning.limits.within(state.drives + part * (drives - state.drives))
         if status:
             reports.append((status, "nothing was learnt from the last trial: its drives are used again"))
-        return self._trial(drives, tuple(reports))
+        return self._trial(drives, progress, tuple(reports))
 
-    def _trial(self, drives: Array, reports: tuple[Report, ...]) -> IlcState:
+    def _trial(self, drives: Array, progress: Progress, reports: tuple[Report, ...] = ()) -> IlcState:
         """State at the start of a trial with the given drives."""
         seen = SeenTrial.empty(drives.shape[0], self.model.outputs)
         allocation = self.allocation()
         held = reach_of(self.model, np.minimum(self.drive_max, allocation.reach()))
-        return IlcState(drives, pulses_of(allocation, drives), seen, held, reports)
+        return IlcState(drives, pulses_of(allocation, drives), seen, held, progress, reports)
 
     def step(self, state: IlcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses for this tick; records the inputs."""

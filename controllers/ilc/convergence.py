@@ -192,6 +192,8 @@ def check(ilc: IlcParameters) -> None:
         raise InputError("grasping_step", f"{ilc.grasping_step}", "above 0, at most 1")
     if not 0.0 <= ilc.reject_share <= 1.0:
         raise InputError("reject_share", f"{ilc.reject_share}", "0 to 1")
+    if ilc.stop_after < 0:
+        raise InputError("stop_after", f"{ilc.stop_after}", "1 or more trials, or 0 for never")
     for key in ("lead_ms", "actuation_delay_ms", "max_gap_ms"):
         duration_ns(getattr(ilc, key), NS_PER_MS, key)
     if not (math.isfinite(ilc.cutoff_hz) and ilc.cutoff_hz >= 0.0):

@@ -99,6 +99,9 @@ class IlcParameters:
     grasping_step: factor on what is learnt in contact, since no model describes a hand that holds an object
         (chosen: 0.5 tolerates a plant gain four times that of the model).
     reject_share: share of doubtful samples above which a trial is rejected (chosen).
+    stop_after: number of successive worse trials after which learning stops, and the drives of the best trial
+        are used; 0: never. A trial is worse with half as much error again as the best one and more than the
+        last one, or with twice the best one's (chosen: more than stimulated muscle mostly varies by).
     strength_margin: ratio of the plant's strength to the model's up to which the law should converge; a law
         with a smaller margin is reported (chosen: variation of recruitment from day to day).
     solver: solver of laws with limits inside: "osqp", or "daqp" (dense: for some hundred drives).
@@ -137,6 +140,7 @@ class IlcParameters:
     grasping_channels: tuple[int, ...] = ()
     grasping_step: float = 0.5
     reject_share: float = 0.2
+    stop_after: int = 2
     strength_margin: float = 1.2
     solver: SolverName = "osqp"
 

@@ -25,6 +25,7 @@ SECTIONS = {
     "estimators/": "Trackers and calibration",
     "controllers/pid/": "PID",
     "controllers/ilc/": "Iterative learning (ILC)",
+    "controllers/trajectories.py": "Iterative learning (ILC)",
     "controllers/mpc/": "Predictive control (MPC)",
     "controllers/reach.py": "Targets out of reach",
     "controllers/quadratic_programme.py": "Quadratic programmes",
@@ -46,7 +47,7 @@ INDIRECT = {
     ("controllers/grip.py", "status"): ("controllers/grip.py:_TROUBLES",),
     ("controllers/ilc/block.py", "*report"): (
         "controllers/ilc/convergence.py:cautions", "controllers/ilc/block.py:next_trial",
-        "controllers/ilc/trajectories.py:explained", "controllers/ilc/laws.py:_learnt", *_QP),
+        "controllers/trajectories.py:explained", "controllers/ilc/laws.py:_learnt", *_QP),
     ("controllers/mpc/state.py", "trouble"): (
         "controllers/mpc/block.py:step", "controllers/mpc/block.py:_control", *_QP),
     ("controllers/pid/tuned.py", "trouble"): ("controllers/pid/tuned.py:step", *_QP),
