@@ -75,6 +75,26 @@ def misalignment(
     return found
 
 
+_STATED = 2.0
+"""Angles that must be seen for them to count as much as what is stated (chosen)."""
+
+
+@compiled
+def evidence_scale(squares: float, seen: float) -> float:
+    """Scale of the stated variance of misalignment that estimated angles of misalignment show.
+
+    Sensors that motion shows to be worn with care are so about the axes, too, about which none shows. The
+    scale has the greatest evidence (MacKay 1992, doi 10.1162/neco.1992.4.3.415) with the stated variance as
+    prior.
+
+    Parameters
+    ----------
+    squares: sum of the squares of the estimates, each divided by its variance before any motion.
+    seen: number of angles that motion shows: the sum of 1 less the share of that variance which is left.
+    """
+    return (_STATED + squares) / (_STATED + seen)
+
+
 @compiled
 def add_misalignment(q: Any, pair: float, growing: float, covariance: Any) -> None:
     """Add to `covariance` (3, 3) that of the rotation q (4,) of a joint, child to parent, in q's frame."""
