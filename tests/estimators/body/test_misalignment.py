@@ -61,7 +61,7 @@ def test_fingertips_move_as_turned_sensors_say(seed):
     poses = segment_poses(tree, angles)
     wrong, variance = misalignment(tree, 5.0, 5.0), np.zeros((5, 3))
     add_to_tips(tree.layout, tree.geometry, poses.orientation, poses.position, HAND.tips, HAND.sensors, wrong,
-                variance)
+                1.0, variance)
 
     def moved(turns):
         """Tips per rad, with each segment's sensor turned in its own frame, seen from the turned forearm."""
