@@ -75,6 +75,32 @@ def misalignment(
     return found
 
 
+_STATED = 2.0
+"""Angles that must be seen for them to count as much as what is stated (chosen)."""
+
+
+@compiled
+def evidence_scale(squares: float, seen: float) -> float:
+    """Scale of the stated variance of misalignment that estimated angles of misalignment show.
+
+    Sensors that motion shows to be worn with care are so about the axes, too, about which none shows. The
+    scale has the greatest evidence (MacKay 1992, doi 10.1162/neco.1992.4.3.415) with the stated variance as
+    prior.
+
+    Parameters
+    ----------
+    squares: sum of the squares of the estimates, each divided by its variance before any motion.
+    seen: number of angles that motion shows: the sum of 1 less the share of that variance which is left.
+    """
+    return (_STATED + squares) / (_STATED + seen)
+
+
+@compiled
+def scaled(variance: float, fused: float, scale: float) -> float:
+    """Variance whose constant part, all but `fused`, is multiplied by `scale`."""
+    return fused + scale * (variance - fused)
+
+
 @compiled
 def add_misalignment(q: Any, pair: float, growing: float, covariance: Any) -> None:
     """Add to `covariance` (3, 3) that of the rotation q (4,) of a joint, child to parent, in q's frame."""
@@ -89,7 +115,7 @@ def add_misalignment(q: Any, pair: float, growing: float, covariance: Any) -> No
 @compiled
 def add_to_tips(
     layout: Any, geometry: Any, orientations: Any, positions: Any, tips: Any, sensors: Any,
-    wrong: Misalignment, variance: Any
+    wrong: Misalignment, scale: float, variance: Any
 ) -> None:
     """Add to `variance` (t, 3), m^2, that of fingertips in the root's frame due to the sensors' mounting.
 
@@ -100,8 +126,10 @@ def add_to_tips(
     ----------
     orientations, positions: (n, 4) and (n, 3), segments in the root's frame.
     sensors: (n,), sensor of each segment, -1 for none: its joint and those before it are left out.
+    scale: of the constant part of the mounting's variance.
     """
     lever, strip, point, joint = np.empty((3, 3)), np.zeros((3, 3)), np.empty(3), np.empty(3)
+    fused = 0.5 * wrong.fused  # `own` is of one sensor
     for t in range(tips.size):
         tip, k = tips[t], tips[t]
         strip[:] = 0.0
@@ -109,11 +137,11 @@ def add_to_tips(
         while layout[k, 0] >= 0 and sensors[k] >= 0 and sensors[layout[k, 0]] >= 0:
             q, offset = orientations[k], geometry[k, 4]
             fill_lever(q, offset, positions[k], point, lever)
-            shared = wrong.common[k] > 0.0
+            own, shared = scaled(wrong.own[k], fused, scale), wrong.common[k] > 0.0
             for x in range(3):
                 for a in range(3):
                     strip[x, a] += lever[x, a] if shared else 0.0
-                    variance[t, x] += wrong.own[k] * lever[x, a] ** 2
+                    variance[t, x] += own * lever[x, a] ** 2
             joint[0], joint[1], joint[2] = turned((q[0], q[1], q[2], q[3]), offset[0], offset[1], offset[2])
             for x in range(3):
                 point[x] = positions[k, x] - joint[x]
@@ -123,7 +151,8 @@ def add_to_tips(
         for x in range(3):
             point[x] = positions[tip, x] - point[x]
         square = point[0] ** 2 + point[1] ** 2 + point[2] ** 2
+        own = scaled(wrong.own[k], fused, scale) + scale * wrong.common[k]
         for x in range(3):
-            variance[t, x] += (wrong.own[k] + wrong.common[k]) * (square - point[x] ** 2)
+            variance[t, x] += own * (square - point[x] ** 2)
             for a in range(3):
-                variance[t, x] += wrong.common[tip] * strip[x, a] ** 2
+                variance[t, x] += scale * wrong.common[tip] * strip[x, a] ** 2

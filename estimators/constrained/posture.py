@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from estimators.body.joint_constraints import BALL, HINGE, SADDLE
-from estimators.body.misalignment import add_misalignment
+from estimators.body.misalignment import add_misalignment, evidence_scale
 from estimators.constrained.measurements import TILTS
 from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by
 from fesloop.compiled import compiled
@@ -126,17 +126,11 @@ def posture(
     return orientation, values, sds, relative, worst
 
 
-_STATED = 2.0
-"""Tilts that must be seen for them to count as much as what is stated (chosen)."""
-
-
 @compiled
 def mounting_scale(rest: Any, covariance: Any, kinds: Any, axis_variance: float) -> float:
-    """Scale of the misalignment's variance that the tilts of the axes show.
+    """Scale of the misalignment's variance that the tilts of the axes show (`evidence_scale`).
 
-    Sensors that motion shows to be worn with care are so about the axes, too, about which none shows. The
-    scale has the greatest evidence (MacKay 1992, doi 10.1162/neco.1992.4.3.415) with the stated variance as
-    prior. `axis_variance` is that of an axis before any motion, rad^2, both sensors together.
+    `axis_variance` is that of an axis before any motion, rad^2, both sensors together.
     """
     squares, seen, before = 0.0, 0.0, 0.5 * axis_variance
     for j in range(kinds.size):
@@ -144,7 +138,7 @@ def mounting_scale(rest: Any, covariance: Any, kinds: Any, axis_variance: float)
             for i in range(4):
                 squares += rest[j, 13 + i] ** 2 / before
                 seen += max(0.0, 1.0 - covariance[j, TILTS + i, TILTS + i] / before)
-    return (_STATED + squares) / (_STATED + seen)
+    return evidence_scale(squares, seen)
 
 
 @compiled

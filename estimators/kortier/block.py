@@ -26,6 +26,7 @@ from estimators.kortier.chain import Filters, Gates, new_filters
 from estimators.kortier.navigation import HandFilter, HandGates, new_hands
 from estimators.kortier.samples import Moment, Trust, no_moment
 from estimators.kortier.tick import Posture, Settings, Worn, report_unseen, track, worn_by
+from estimators.kortier.tilts import Tilts, compare_along_hinges, mounting_scale, new_tilts
 from estimators.kortier.tree import CHAIN5, base_of, pose_of
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
@@ -38,6 +39,8 @@ from fesloop.loop.signals import Port, Sample, Sensors, Value
 
 _UNKNOWN = STANDARD_GRAVITY
 """Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
+_SPACING = 0.5
+"""Time between comparisons of accelerations, in multiples of `error_time_s` (chosen)."""
 _USUAL = HandSize()
 _POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
              "constraint_sd_deg", "mounting_sd_deg", "axis_sd_deg", "fusion_sd_deg",
@@ -55,6 +58,8 @@ class KortierState:
     hands: filters of attitude, velocity and position. filters: filters of the chains.
     moment: samples in the form that the filters use. arrivals: ages and faults of the samples.
     plausible: check for angles that no joint can have.
+    tilts: of the axes of hinges; scale: of the variance of mounting and axes, as the tilts show; compared_s:
+        time since accelerations were compared for them.
     unseen: joints last reported as untracked; None before the first tick.
     """
 
@@ -63,6 +68,9 @@ class KortierState:
     moment: Moment
     arrivals: Arrivals
     plausible: ImplausibleAngles
+    tilts: Tilts
+    scale: float = 1.0
+    compared_s: float = 0.0
     unseen: tuple[str, ...] | None = None
 
 
@@ -123,7 +131,8 @@ class KortierTracker:
         rotate by several degrees while they move, need more: 5.
     mounting_sd_deg, axis_sd_deg: sds of each sensor's mounting on its segment and of the tilt of joint axes,
         about each axis (5 to 10 about any direction: S19, section 5). They make a forbidden angle constant,
-        not zero, and are added to the filters' covariance (`estimators.body.misalignment`).
+        not zero, and are added to the filters' covariance (`estimators.body.misalignment`), as far as the
+        tilts of hinges confirm them (`estimators.kortier.tilts`).
     fusion_sd_deg: sd of each segment's orientation in motion about each axis, which the filters' white noise
         leaves out: soft tissue, scale of the gyroscopes, lever arms (chosen).
     heading_sd_deg: sd of the heading of joints that are no hinges, where magnetometers are used: errors of
@@ -241,7 +250,7 @@ class KortierTracker:
         return KortierState(
             new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
             Arrivals(self.sensors, limits, context.clock.period_s, worn.magnetometers),
-            of_tree(body.tree))
+            of_tree(body.tree), new_tilts(worn.chains, worn.wrong))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Process the samples of a tick."""
@@ -252,7 +261,8 @@ class KortierTracker:
         posture = Posture(np.empty((self.sensors, 4)), angles, tips)
         joints = track(
             arrivals.samples, arrivals.codes, elapsed, arrivals.period_s, worn, self.settings,
-            state.hands, state.filters, state.moment, posture)
+            state.hands, state.filters, state.moment, state.scale, posture)
+        self._compare(state, float(elapsed[1]))
         if joints or state.unseen is None:
             seen = state.filters.seen
             state.unseen = report_unseen(state.unseen or (), body, worn.chains, seen, tick)
@@ -260,6 +270,16 @@ class KortierTracker:
         fingertips = (tips[0], tips[1]) if self._lengths_known() else ()
         return (posture.orientation, angles[0], angles[1], *fingertips, motion[worn.base, 1].copy(),
                 motion[worn.base, 0].copy(), aligned_value(True), angles[2])
+
+    def _compare(self, state: KortierState, elapsed_s: float) -> None:
+        """Compare accelerations along hinges, now and then, for the scale of mounting and axes."""
+        state.compared_s += elapsed_s
+        if elapsed_s > 0.0 and state.compared_s >= _SPACING * self.error_time_s:
+            _, worn = self._wearer()
+            compare_along_hinges(worn.chains, state.filters.seen, state.moment, elapsed_s, state.compared_s,
+                                 self.settings.trust, self.settings.gates, state.tilts)
+            state.scale = mounting_scale(worn.chains, worn.wrong, state.tilts)
+            state.compared_s = 0.0
 
     def _wearer(self) -> tuple[Body, Worn]:
         if self.body is None or self.worn is None:

@@ -309,11 +309,9 @@ def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Wor
     if elapsed[1] > 0.0:
         used, freedoms = np.zeros(joints, dtype=np.bool_), chain.freedoms.copy()
         for k in range(joints):
-            a, b = chain.acc[k], chain.acc[k + 1]
-            used[k] = (
-                chain.seen[k] and chain.acc_variance[k] < math.inf and chain.acc_variance[k + 1] < math.inf
-                and abs(length(a) - length(b)) < gates.acc_difference
-                and length(chain.rates[k]) < gates.rate and length(chain.rates[k + 1]) < gates.rate)
+            used[k] = chain.seen[k] and comparable(
+                chain.acc[k], chain.acc[k + 1], chain.acc_variance[k] + chain.acc_variance[k + 1],
+                chain.rates[k], chain.rates[k + 1], gates)
             if not chain.seen[k]:
                 freedoms[k] = BALL
         count = add_accelerations(chain.acc, chain.steady, chain.acc_variance, used, count, work)
@@ -326,6 +324,13 @@ def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Wor
         if variance < math.inf and difference < gates.mag_difference:
             count = add_field(moment.mag[base], moment.mag[tip], joints, variance, count, work)
     return count
+
+
+@compiled(inline="always")
+def comparable(acc: Any, other: Any, variance: float, rate: Any, other_rate: Any, gates: Gates) -> bool:
+    """Return whether the accelerations of two segments pass the gates (eq. 27, 28); `variance` is of both."""
+    return bool(variance < math.inf and abs(length(acc) - length(other)) < gates.acc_difference
+                and length(rate) < gates.rate and length(other_rate) < gates.rate)
 
 
 @compiled

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.body.body import UNSEEN_SD, Body, chain_up, fill_lever, place_tips
-from estimators.body.misalignment import Misalignment, add_misalignment, add_to_tips
+from estimators.body.misalignment import Misalignment, add_misalignment, add_to_tips, scaled
 from estimators.kortier.chain import Filters, Gates, covariance_of, track_chains
 from estimators.kortier.navigation import HandFilter, HandGates, track_hands
 from estimators.kortier.samples import Moment, Trust, take
@@ -29,14 +29,15 @@ from fesloop.loop.block import Tick
 
 @compiled
 def put_angles(
-    chains: Chains, filters: Filters, wrong: Misalignment, orientation: Any, heading: float, pending: Any,
-    angles: Any, sds: Any, random_sds: Any
+    chains: Chains, filters: Filters, wrong: Misalignment, scale: float, orientation: Any, heading: float,
+    pending: Any, angles: Any, sds: Any, random_sds: Any
 ) -> None:
     """Fill angles and sds (freedoms,), rad, with 0 and pi for joints that are not seen.
 
-    To the filters' covariance come the variances of what they do not estimate: misalignment, a `heading`,
-    rad^2, about the vertical, of joints that are no hinges, and `pending` (n,), rad^2, of sensors in gaps;
-    orientation (n, 4), sensors to earth. `random_sds` are without the constant part of misalignment.
+    To the filters' covariance come the variances of what they do not estimate: misalignment, with its
+    constant part times `scale`, a `heading`, rad^2, about the vertical, of joints that are no hinges, and
+    `pending` (n,), rad^2, of sensors in gaps; orientation (n, 4), sensors to earth. `random_sds` are without
+    the constant part of misalignment.
 
     With R = R_f(f) R_a(a) R_p(p) about the joint's axes, dth = R'f df + R_p'a da + p dp, which is solved
     for the angles' errors; f, a, p take the places of z, x, y.
@@ -71,7 +72,8 @@ def put_angles(
             random[:] = whole
             for i in range(3):
                 random[i, i] += wrong.fused
-            add_misalignment(filters.q[k], wrong.pair[segment], wrong.growing[segment], whole)
+            add_misalignment(filters.q[k], scaled(wrong.pair[segment], wrong.fused, scale),
+                             scale * wrong.growing[segment], whole)
             for i in range(chains.freedoms[k]):
                 angles[chains.first_angle[k] + i] = values[i]
                 for covered, filled in ((whole, sds), (random, random_sds)):
@@ -142,14 +144,15 @@ def _store(row: Any, q: Components) -> None:
 @compiled
 def put_fingertips(
     layout: Any, geometry: Any, tips: Any, sensors: Any, chains: Chains, filters: Filters,
-    wrong: Misalignment, heading: float, pending: Any, up: Any, relative: Any, fingertips: Any, sds: Any
+    wrong: Misalignment, scale: float, heading: float, pending: Any, up: Any, relative: Any, fingertips: Any,
+    sds: Any
 ) -> None:
     """Fill fingertips and their sds (t, 3), m, in the root's frame.
 
     Errors of joints in one chain have the covariance of its filter, those in different chains are assumed
     independent. An unseen joint is taken as straight, with an sd of pi about each of its axes. The mounting
-    of the sensors and, for each joint that is no hinge, a heading error of this variance, rad^2, are added,
-    and `pending` (n,), rad^2, of sensors in gaps.
+    of the sensors, with its constant part times `scale`, and, for each joint that is no hinge, a heading
+    error of this variance, rad^2, are added, and `pending` (n,), rad^2, of sensors in gaps.
 
     Parameters
     ----------
@@ -185,7 +188,7 @@ def put_fingertips(
                         sds[t, x] += missed * levers[i, x, a] ** 2
                 if chains.freedoms[joint] > 1:
                     _add_heading(orientations[path[i]], up, levers[i], heading, sds[t])
-    add_to_tips(layout, geometry, orientations, positions, tips, sensors, wrong, sds)
+    add_to_tips(layout, geometry, orientations, positions, tips, sensors, wrong, scale, sds)
     for t in range(tips.size):
         for x in range(3):
             sds[t, x] = math.sqrt(sds[t, x])
@@ -288,13 +291,14 @@ def worn_by(body: Body, base: int, wrong: Misalignment) -> Worn:
 @compiled
 def track(
     samples: Any, codes: Any, elapsed: Any, period: float, worn: Worn, settings: Settings, hands: HandFilter,
-    filters: Filters, moment: Moment, posture: Posture
+    filters: Filters, moment: Moment, scale: float, posture: Posture
 ) -> Any:
     """Process one tick and fill `posture`; return whether any joint was lost or found again.
 
     Parameters
     ----------
     samples, codes, elapsed, period: as in `estimators.kortier.samples.take`.
+    scale: of the variance of mounting and axes, as in `estimators.kortier.tilts`.
     """
     trust, gates, own, heading = settings
     take(samples, codes, elapsed, period, trust, moment)
@@ -302,10 +306,10 @@ def track(
     joints = track_chains(worn.chains, filters, moment, elapsed, gates)
     relative = np.empty((worn.layout.shape[0], 4))
     put_orientations(worn.layout, worn.sensors, worn.chains, filters, hands.q, relative, posture.orientation)
-    put_angles(worn.chains, filters, worn.wrong, posture.orientation, heading, moment.gaps.pending,
+    put_angles(worn.chains, filters, worn.wrong, scale, posture.orientation, heading, moment.gaps.pending,
                posture.angles[0], posture.angles[1], posture.angles[2])
     put_fingertips(worn.layout, worn.geometry, worn.tips, worn.sensors, worn.chains, filters, worn.wrong,
-                   heading, moment.gaps.pending, _vertical(worn, posture.orientation), relative,
+                   scale, heading, moment.gaps.pending, _vertical(worn, posture.orientation), relative,
                    posture.fingertips[0], posture.fingertips[1])
     return joints
 

@@ -1,12 +1,19 @@
 """Covariance of misaligned sensors and joints against matrices, and against each sensor turned in turn."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from estimators.body.body import body_of
-from estimators.body.misalignment import STRIP_SHARE, add_misalignment, add_to_tips, misalignment
+from estimators.body.misalignment import (
+    STRIP_SHARE,
+    add_misalignment,
+    add_to_tips,
+    evidence_scale,
+    misalignment,
+)
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import placed, segment_poses
@@ -54,7 +61,7 @@ def test_fingertips_move_as_turned_sensors_say(seed):
     poses = segment_poses(tree, angles)
     wrong, variance = misalignment(tree, 5.0, 5.0), np.zeros((5, 3))
     add_to_tips(tree.layout, tree.geometry, poses.orientation, poses.position, HAND.tips, HAND.sensors, wrong,
-                variance)
+                1.0, variance)
 
     def moved(turns):
         """Tips per rad, with each segment's sensor turned in its own frame, seen from the turned forearm."""
@@ -80,3 +87,16 @@ def test_fingertips_move_as_turned_sensors_say(seed):
 def test_other_trees_have_no_strips():
     tree = SegmentTree((Segment(name="seg1"), Segment(name="seg2", parent="seg1", joint="hinge")))
     assert not misalignment(tree, 5.0, 5.0).common.any()
+
+
+@pytest.mark.parametrize("true", [0.25, 1.0, 2.0])
+def test_the_scale_is_that_of_the_angles_that_motion_shows(true):
+    rng = np.random.default_rng(1)
+    assert evidence_scale(0.0, 0.0) == 1.0
+    angles = true * rng.normal(size=4000)
+    assert evidence_scale(np.sum(angles ** 2), 4000.0) == pytest.approx(true ** 2, rel=0.1)
+    # One hinge shows four angles; what is stated counts as two.
+    assert evidence_scale(4.0 * true ** 2, 4.0) == pytest.approx((2.0 + 4.0 * true ** 2) / 6.0)
+    # Angles as stated, with noise as large: their posterior mean is half of the sum, and half is seen.
+    found = 0.5 * (rng.normal(size=4000) + rng.normal(size=4000))
+    assert evidence_scale(np.sum(found ** 2), 0.5 * 4000) == pytest.approx(1.0, rel=0.1)

@@ -42,18 +42,18 @@ def filters_at(body, angles, rng):
     return chains, filters
 
 
-def put_out(body, chains, filters, attitudes, pending=None):
-    """angles, their sd, orientation, relative orientations, fingertips, their sd."""
+def put_out(body, chains, filters, attitudes, pending=None, wrong=None, scale=1.0):
+    """angles, their sd, orientation, relative orientations, fingertips, their sd, sd of random errors."""
     n, freedoms, tips = len(body.tree.segments), len(body.tree.ranges), len(body.tips)
-    angles, tip = np.empty((2, freedoms)), np.empty((2, tips, 3))
+    angles, tip = np.empty((3, freedoms)), np.empty((2, tips, 3))
     relative, orientation = np.empty((n, 4)), np.empty((len(body.sensed), 4))
     put_orientations(body.tree.layout, body.sensors, chains, filters, attitudes, relative, orientation)
-    exact = misalignment(body.tree, 0.0, 0.0)
+    wrong = misalignment(body.tree, 0.0, 0.0) if wrong is None else wrong
     pending = np.zeros(n) if pending is None else pending
-    put_angles(chains, filters, exact, orientation, 0.0, pending, *angles, angles[1].copy())
-    put_fingertips(body.tree.layout, body.tree.geometry, body.tips, body.sensors, chains, filters, exact, 0.0,
-                   pending, (0.0, 0.0, 1.0), relative, *tip)
-    return (*angles, orientation, relative, *tip)
+    put_angles(chains, filters, wrong, scale, orientation, 0.0, pending, *angles)
+    put_fingertips(body.tree.layout, body.tree.geometry, body.tips, body.sensors, chains, filters, wrong,
+                   scale, 0.0, pending, (0.0, 0.0, 1.0), relative, *tip)
+    return (*angles[:2], orientation, relative, *tip, angles[2])
 
 
 def spread(body, chains, filters, quantity):
@@ -83,7 +83,7 @@ def test_posture_and_its_spread(seed, of_hand):
     true = rng.uniform(-0.7, 0.7, len(body.tree.ranges))
     chains, filters = filters_at(body, true, rng)
     attitude = quaternion.normalized(rng.normal(size=(1, 4)))
-    angles, sds, orientation, _, tips, tip_sds = put_out(body, chains, filters, attitude)
+    angles, sds, orientation, _, tips, tip_sds, _ = put_out(body, chains, filters, attitude)
     poses = segment_poses(body.tree, true)
     np.testing.assert_allclose(angles, true, atol=1e-12)
     np.testing.assert_allclose(tips, poses.position[body.tips], atol=1e-14)
@@ -101,7 +101,7 @@ def test_angles_beyond_what_joints_allow_are_those_of_the_kinematics():
     body = body_of(8, HandSize(), tilted_tree(rng), ())
     chains, filters = filters_at(body, np.zeros(14), rng)
     filters.q[:] = quaternion.normalized(rng.normal(size=filters.q.shape))
-    angles, _, _, relative, tips, _ = put_out(body, chains, filters, np.array([[1.0, 0.0, 0.0, 0.0]]))
+    angles, _, _, relative, tips, *_ = put_out(body, chains, filters, np.array([[1.0, 0.0, 0.0, 0.0]]))
     chained = np.zeros((8, 4))
     chained[:, 0] = 1.0
     for k, (parent, _, _) in enumerate(body.tree.layout[1:], start=1):
@@ -118,7 +118,7 @@ def test_joints_out_of_sight_stand_at_zero_and_err_by_pi():
     never, lost = body.tree.index("F3m"), body.tree.index("F2d")
     filters.seen[chains.joint_of[[never, lost]]] = False
     filters.begun[chains.joint_of[never]] = False
-    angles, sds, _, _, tips, tip_sds = put_out(body, chains, filters, np.array([[1.0, 0.0, 0.0, 0.0]]))
+    angles, sds, _, _, tips, tip_sds, _ = put_out(body, chains, filters, np.array([[1.0, 0.0, 0.0, 0.0]]))
     expected = true.copy()
     pip, dip = body.tree.freedom("F3_pip_flexion"), body.tree.freedom("F2_dip_flexion")
     expected[[0, 1, dip, pip]] = 0.0
@@ -139,11 +139,26 @@ def test_a_gap_adds_to_angles_and_fingertips_beyond_it_alone():
     body = body_of(16, SIZE, (), ())
     chains, filters = filters_at(body, rng.uniform(-0.5, 0.5, 23), rng)
     up = np.array([[1.0, 0.0, 0.0, 0.0]])
-    _, before, _, _, _, tips_before = put_out(body, chains, filters, up)
+    _, before, _, _, _, tips_before, _ = put_out(body, chains, filters, up)
     pending = np.zeros(len(body.tree.segments))
     pending[body.sensors[body.tree.index("F2m")]] = 0.1
-    _, sds, _, _, _, tip_sds = put_out(body, chains, filters, up, pending)
+    _, sds, _, _, _, tip_sds, _ = put_out(body, chains, filters, up, pending)
     of_gap = [name in ("F2_pip_flexion", "F2_dip_flexion") for name in body.tree.freedoms]
     np.testing.assert_array_equal(sds > before, of_gap)
     np.testing.assert_allclose((sds**2 - before**2)[of_gap], 0.1, rtol=0.2)
     np.testing.assert_array_equal((tip_sds > tips_before).any(axis=1), [False, True, False, False, False])
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.1, 2.0))
+@settings(deadline=None, max_examples=10)
+def test_a_scale_is_that_of_other_mounting_and_axes_but_of_no_random_error(seed, factor):
+    rng = np.random.default_rng(seed)
+    body = body_of(17, SIZE, (), ())
+    chains, filters = filters_at(body, rng.uniform(-0.5, 0.5, 23), rng)
+    up = np.array([[1.0, 0.0, 0.0, 0.0]])
+    found = put_out(body, chains, filters, up, wrong=misalignment(body.tree, 5.0, 4.0, 1.5), scale=factor**2)
+    other = put_out(body, chains, filters, up, wrong=misalignment(body.tree, 5.0 * factor, 4.0 * factor, 1.5))
+    for one, two in zip(found, other, strict=True):
+        np.testing.assert_allclose(one, two, rtol=1e-9, atol=1e-12)
+    whole = put_out(body, chains, filters, up, wrong=misalignment(body.tree, 5.0, 4.0, 1.5))
+    np.testing.assert_array_equal(found[6], whole[6])

@@ -7,6 +7,7 @@ from tracker_parts import run_tracker
 from estimators.kortier import KortierTracker
 from fesloop.apps.bench.tracker import tick_times_us
 from fesloop.experiment.metrics.orientation import score_recording
+from fesloop.hand import quaternion
 from fesloop.hand.segments import Segment
 from fesloop.streams.files import open_recording
 
@@ -44,6 +45,34 @@ def test_chain5_is_followed_better_than_by_the_published_batch(recordings, senso
     print(f"{sensor_set}: hinges {np.round(found, 2)}, saddles {np.round(across, 2)}")
     assert np.mean(found) < hinges
     assert np.mean(across) < saddles
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sensor_set", ["rigid", "nonrigid"])
+def test_sds_of_real_hinges_are_at_most_twice_their_errors(sensor_set, recordings):
+    recording = open_recording(str(recordings / "chain5" / "trial1.npz"), sensor_set)
+    block = KortierTracker(sensors=5, magnetometers=False, **SOFT.get(sensor_set, {}))
+    outputs = run_tracker(block, recording.gyr, recording.acc, rate=recording.rate)[0]
+    ports = dict(zip((port.name for port in block.outputs), outputs, strict=True))
+    reference, found = recording.reference, []
+    for k, axis in zip((1, 2, 3), np.eye(3), strict=True):
+        between = quaternion.relative(reference.orientation[:, k], reference.orientation[:, k + 1])
+        true = 2.0 * np.arctan2(between[:, 1:] @ axis, between[:, 0])
+        angle, sd, random_sd = (
+            np.interp(reference.stamps_ns, recording.stamps_ns, np.unwrap(ports[name][:, 2 + k]))
+            for name in ("angles", "angle_sd", "angle_random_sd"))
+        error = np.angle(np.exp(1j * (angle - true)))
+        known = np.isfinite(error) & reference.scored
+        found.append([each[known] for each in (error, sd, error - np.mean(error[known]), random_sd)])
+    error, sd, changing, random_sd = (np.concatenate(each) for each in zip(*found, strict=True))
+    rms, random_rms = (float(np.sqrt(np.mean(each ** 2))) for each in (error, changing))
+    share, random_share = np.mean(np.abs(error) <= 2.0 * sd), np.mean(np.abs(changing) <= 2.0 * random_sd)
+    print(f"{sensor_set}: {100 * share:.1f} % within 2 sd, sd and rms "
+          f"{np.degrees([np.median(sd), rms]).round(2)}; without the mean {100 * random_share:.1f} %, "
+          f"{np.degrees([np.median(random_sd), random_rms]).round(2)}")
+    assert share >= 0.9
+    assert np.median(sd) <= 2.0 * rms
+    assert 0.9 <= random_share <= 0.99
 
 
 @pytest.mark.parametrize(("sensor_set", "published"), [("rigid", 6.6), ("nonrigid", 9.95)])
