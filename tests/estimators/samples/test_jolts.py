@@ -85,7 +85,7 @@ def test_no_start_and_no_jolt_leaves_a_wrist_wrong_and_sure(recordings):
     for start in range(0, 2250, 250):
         for acc in (recording.acc, shaken(recording.acc, 125, np.random.default_rng(start))):
             joint = Joint(parent=0, child=1, kind="ball")
-            orientation, _, sd, _ = run_tracker(
+            orientation, _, sd, *_ = run_tracker(
                 ConstrainedTracker(sensors=2, joints=(joint,)), recording.gyr[start:], acc[start:],
                 rate=125)[0]
             found = quaternion.rotation_angle(
