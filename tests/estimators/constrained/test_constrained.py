@@ -317,6 +317,27 @@ def test_sds_of_real_hinges_are_at_most_twice_their_errors(sensor_set, recording
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("sensor_set", "most_deg"), [("rigid", 0.6), ("nonrigid", 2.5)])
+def test_errors_of_real_hinges_are_a_constant_and_a_delay(sensor_set, most_deg, recordings):
+    """Mounting is the constant; cameras and sensors have clocks of their own."""
+    recording = open_recording(recordings / "chain5" / "trial1.npz", sensor_set)
+    _, angles, *_ = run_tracker(ConstrainedTracker(sensors=5), recording.gyr, recording.acc, rate=40)[0]
+    reference, late_ms = recording.reference, []
+    for k, axis in zip((1, 2, 3), np.eye(3), strict=True):
+        between = quaternion.relative(reference.orientation[:, k], reference.orientation[:, k + 1])
+        true = 2.0 * np.arctan2(between[:, 1:] @ axis, between[:, 0])
+        error = away(np.interp(reference.stamps_ns, recording.stamps_ns, np.unwrap(angles[:, 2 + k])), true)
+        rate = away(true[2:], true[:-2]) / (reference.stamps_ns[2:] - reference.stamps_ns[:-2])
+        known = np.isfinite(error[1:-1]) & np.isfinite(rate) & reference.scored[1:-1]
+        parts = np.column_stack([np.ones(known.sum()), rate[known]])
+        found = np.linalg.lstsq(parts, error[1:-1][known])[0]
+        left = error[1:-1][known] - parts @ found
+        late_ms.append(1e-6 * found[1])
+        assert np.degrees(left.std()) < most_deg
+    assert np.ptp(late_ms) < 3.0
+
+
+@pytest.mark.slow
 def test_what_a_hinge_forbids_is_shared_by_the_sds():
     table = joint_table((Joint(parent=0, child=1, kind="hinge"),), 2)
     q = quaternion.multiply(quaternion.about_z(0.4), quaternion.from_axis_angle([1.0, 0.0, 0.0], 0.2))
