@@ -409,6 +409,13 @@ class StageSummary:
     most_ns: int
 
 
+class _Known(NamedTuple):
+    """What has been found of paths, which holds for all of equal timing: tallies, and the least of a lane."""
+
+    tallies: dict[Any, list[_Tally]]
+    least_ns: dict[Any, int | None]
+
+
 class PathLatency:
     """A path from a plant output through blocks to a plant input.
 
@@ -426,7 +433,7 @@ class PathLatency:
     """
 
     def __init__(self, connections: tuple[Connection, ...], traffic: Traffic, limits: _Limits,
-                 known: dict[Any, list[_Tally]]) -> None:
+                 known: _Known) -> None:
         self.connections = connections
         self._known = known
         first, last = connections[0], connections[-1]
@@ -438,6 +445,8 @@ class PathLatency:
         self._blocks: list[BlockOnWay] = []
         for incoming, outgoing in pairwise(connections):
             self._blocks.append(BlockOnWay(incoming, outgoing, traffic, self._blocks[-1:]))
+        self._timing = (tuple((c.source.name, c.target.name, c.clock, _timing(c.wire)) for c in connections),
+                        tuple(block.waiting for block in self._blocks))
         self.stages = self._stage_names()
         self._turns = tuple(product(*(range(max(1, len(block.lanes))) for block in self._blocks)))
         self.lanes = tuple(
@@ -557,9 +566,12 @@ class PathLatency:
 
     def least_ns(self, lane: int = 0) -> int | None:
         """The least time from capture to effect of the samples before `covered_ns`; None if none acts."""
-        totals = (carried.acts_ns - self._captured_ns(index) for index in range(self._looks)
-                  if (carried := self._carried(index, lane)) is not None)
-        return min(totals, default=None)
+        key = (self._timing, lane)
+        if key not in self._known.least_ns:
+            totals = (carried.acts_ns - self._captured_ns(index) for index in range(self._looks)
+                      if (carried := self._carried(index, lane)) is not None)
+            self._known.least_ns[key] = min(totals, default=None)
+        return self._known.least_ns[key]
 
     def summary(self, lane: int | None = None) -> tuple[StageSummary, ...]:
         """Each stage, then the total, over the samples before `covered_ns` that act; empty if none does.
@@ -587,11 +599,9 @@ class PathLatency:
     @property
     def _tallies(self) -> list[_Tally]:
         """Tallies of the samples that act, by lane; counted once for all paths with equal timing."""
-        key = (tuple((c.source.name, c.target.name, c.clock, _timing(c.wire)) for c in self.connections),
-               tuple(block.waiting for block in self._blocks))
-        if key not in self._known:
-            self._known[key] = self._counted()
-        return self._known[key]
+        if self._timing not in self._known.tallies:
+            self._known.tallies[self._timing] = self._counted()
+        return self._known.tallies[self._timing]
 
     def _counted(self) -> list[_Tally]:
         tallies = []
@@ -671,7 +681,7 @@ class LatencyReport:
         looks_ns = min((_FASTEST_TICKS * node.clock.shortest_ns for node in wiring.nodes
                         if isinstance(node.clock, RateClock)), default=FOREVER)
         traffic = Traffic(wiring.seed, trial)
-        known: dict[Any, list[_Tally]] = {}
+        known = _Known({}, {})
         ways = [path for path in _paths(wiring.connections)
                 if through is None or any(connection.target is through for connection in path)]
         samples = min(_MOST_TICKS, max(_LEAST_EACH, _MOST_IN_ALL // max(1, len(ways))))

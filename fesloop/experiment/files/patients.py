@@ -204,10 +204,8 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     """Plain table of the model in a file; its `current_ma` is added to `table` if that has none."""
     try:
         model = load_patient_model(Path(value["file"]))
-        required = _made_for(table, document, model)
-        if value.get("any_patient") or not patient_known:
-            del required["patient"]
-            required.pop("patient_fingerprint", None)
+        required = _made_for(table, document, model,
+                             any_patient=bool(value.get("any_patient")) or not patient_known)
         require_same(value["file"], model, required)
         if not value.get("any_fit"):
             require_usable(value["file"], model)
@@ -230,13 +228,14 @@ def _day(day: str) -> str:
     return f"day {day}" if day else "no day in particular"
 
 
-def _made_for(table: Mapping[str, Any], document: Mapping[str, Any], model: PatientModel) -> dict[str, Any]:
+def _made_for(table: Mapping[str, Any], document: Mapping[str, Any], model: PatientModel, *,
+              any_patient: bool) -> dict[str, Any]:
     """Properties of the experiment that a model is made for, as far as they are given."""
-    choice, blocks = document.get("patient"), document["blocks"]
-    properties: dict[str, Any] = {
-        "patient": describe(_without_occasion(choice)) if choice else ""}
-    if choice and model.patient_fingerprint:
-        properties["patient_fingerprint"] = patient_fingerprint(choice)
+    choice, blocks, properties = document.get("patient"), document["blocks"], dict[str, Any]()
+    if not any_patient:
+        properties["patient"] = describe(_without_occasion(choice)) if choice else ""
+        if choice and model.patient_fingerprint:
+            properties["patient_fingerprint"] = patient_fingerprint(choice)
     for other in blocks.values():
         if other["kind"] == "stimulator":
             properties["electrodes"] = electrodes_in_words(other, len(model.current_ma))
