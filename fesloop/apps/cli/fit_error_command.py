@@ -30,13 +30,16 @@ def _print(report: dict[str, Any]) -> None:
     rows = [[angle["angle"], "yes" if angle["moved"] else "", f"{angle['rmse_fitted_deg']:.2f}",
              f"{angle['rmse_measured_deg']:.2f}", f"{angle['rmse_process_deg']:.2f}",
              _yes(angle["rmse_within_15_percent"]), _yes(angle["autocorrelation_in_band"]),
-             f"{100.0 * angle['lags_in_band_share']:.0f}"] for angle in report["angles"]]
+             f"{100.0 * angle['lags_in_band_share']:.0f}", _increments(angle["increments"])] for angle in report["angles"]]
     print_table(
         f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s "
         f"from {report['from_s']:.3g} s on, compared with the "
         f"{report['judged_s']:.3g} s after", [
             "angle", "moved", "first half", "second half", "process there", "within 15 %",
-            "autocorrelation in band", "lags %"], rows, sys.stderr)
+            "autocorrelation in band", "lags %", "increments"], rows, sys.stderr)
+    times_s = report["angles"][0]["increments"]["times_s"]
+    print("increments: that of the process less the measured one, over "
+          f"{', '.join(f'{time:.2g}' for time in times_s)} s, %", file=sys.stderr)
     print(f"age {report['age_ms']:g} ms at least, {100.0 * report['loss']:.3g} % lost", file=sys.stderr)
     if shift := delay_text(report["ahead_ms"], report["half_sample_ms"], report["recorded_reference"]):
         print(shift, file=sys.stderr)
@@ -66,6 +69,13 @@ def delay_text(ahead_ms: float, half_sample_ms: float, recorded: bool) -> str:
     if late_ms <= _AHEAD_MS:
         return f"{shift}: {own}; with any other tracker the reference's stamps are late by that"
     return f"{shift}: {own}; the rest means that the reference's stamps are late; {takes}"
+
+
+def _increments(found: dict[str, Any]) -> str:
+    """Relative differences of increments, and whether all hold."""
+    pairs = zip(found["process_deg"], found["measured_deg"], strict=True)
+    return " ".join(f"{100.0 * (process / measured - 1.0):+.0f}" for process, measured in pairs) + (
+        "" if found["within_15_percent"] else " NO")
 
 
 def _yes(holds: bool) -> str:

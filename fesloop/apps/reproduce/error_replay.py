@@ -131,7 +131,7 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
 
 
 def rows_of(name: str, angles: list[dict[str, Any]]) -> list[Row]:
-    """Rows of RMSE and autocorrelation of each angle, and of the total error of each pair of segments."""
+    """Rows of RMSE, autocorrelation and increments of each angle, and of the total error of each pair of segments."""
     rows = []
     for angle in angles:
         label = angle["angle"] + ("" if angle["moved"] else " (not moved)")
@@ -139,6 +139,7 @@ def rows_of(name: str, angles: list[dict[str, Any]]) -> list[Row]:
         rows.append(Row(f"{name}: autocorrelation", label, "in the 95 % band",
                         f"{100.0 * angle['lags_in_band_share']:.0f} % of the lags",
                         angle["autocorrelation_in_band"]))
+        rows.append(_increments_row(name, label, angle["increments"]))
     pairs: dict[str, list[dict[str, Any]]] = {}
     for angle in angles:
         pairs.setdefault(angle["angle"].rpartition(".")[0], []).append(angle)
@@ -153,6 +154,15 @@ def _rmse_row(name: str, label: str, parts: list[dict[str, Any]]) -> Row:
     return Row(f"{name}: RMSE", label, f"{second:.2f} (first half {first:.2f})",
                f"{process:.2f}, {100.0 * (process / second - 1.0):+.0f} %",
                bool(abs(process / second - 1.0) <= WITHIN), "deg")
+
+
+def _increments_row(name: str, label: str, found: dict[str, Any]) -> Row:
+    """Row of the RMS changes of the error over short times."""
+    measured, process = np.array(found["measured_deg"]), np.array(found["process_deg"])
+    off = " ".join(f"{each:+.0f}" for each in 100.0 * (process / measured - 1.0))
+    times = ", ".join(f"{time:.2g}" for time in found["times_s"])
+    return Row(f"{name}: increments", label, f"{', '.join(f'{each:.2f}' for each in measured)} over {times} s",
+               f"{off} %", bool(found["within_15_percent"]), "deg")
 
 
 def shares(rows: list[Row]) -> Sweep:
