@@ -45,7 +45,7 @@ def test_time_constant_and_size_of_one_part_are_found():
 def test_an_error_of_one_part_is_fitted_by_one():
     """More parts always fit better; the criterion weighs that against their parameters."""
     fit = fit_series(made(ErrorSeries(name="a", fast_deg=1.5, fast_s=0.4), 1)).series
-    assert (fit.slow_deg, fit.speed_s, fit.smooth) == (0.0, 0.0, False)
+    assert (fit.slow_deg, fit.speed_s, fit.smooth, fit.quick_hz) == (0.0, 0.0, False, 0.0)
 
 
 @pytest.mark.slow
@@ -76,6 +76,30 @@ def test_a_part_with_a_derivative_is_known_for_one():
     fits = [fit_series(made(series, seed)).series for seed in range(2)]
     assert sum(fit.smooth for fit in fits) == 2
     assert np.median([fit.slow_s for fit in fits if fit.smooth]) == pytest.approx(0.6, rel=0.25)
+
+
+@pytest.mark.slow
+def test_an_oscillation_is_found_with_its_frequency():
+    series = ErrorSeries(name="a", fast_deg=1.0, fast_s=0.5, quick_deg=0.5, quick_s=0.15, quick_hz=9.0)
+    fits = [fit_series(made(series, seed)).series for seed in range(3)]
+    assert np.median([fit.quick_hz for fit in fits]) == pytest.approx(9.0, abs=0.7)
+    assert np.median([fit.quick_s for fit in fits]) == pytest.approx(0.15, rel=0.3)
+    assert np.median([fit.quick_deg for fit in fits]) == pytest.approx(0.5, rel=0.15)
+
+
+@pytest.mark.slow
+def test_increments_of_a_fit_are_those_of_the_truth():
+    """A smooth start of the increments, and a walk after that: two time constants."""
+    series = ErrorSeries(name="a", slow_deg=1.5, slow_s=0.4, smooth=True, rise_s=0.05)
+    angle, rate = moving(0)
+    steps = np.full(TIMES.size, 1.0 / RATE)
+    draws = np.random.default_rng(9).standard_normal((40, DRAWS, TIMES.size))
+    for seed in range(2):
+        fit = fit_series(made(series, seed)).series
+        for lag in (1, 2, 4, 15):
+            found, true = (np.std(runs[:, lag:] - runs[:, :-lag]) for runs in (
+                ensemble(each.row(), angle, rate, steps, draws) for each in (fit, series)))
+            assert found == pytest.approx(true, rel=0.12)
 
 
 @pytest.mark.slow

@@ -30,7 +30,8 @@ def _print(report: dict[str, Any]) -> None:
     rows = [[angle["angle"], "yes" if angle["moved"] else "", f"{angle['rmse_fitted_deg']:.2f}",
              f"{angle['rmse_measured_deg']:.2f}", f"{angle['rmse_process_deg']:.2f}",
              _yes(angle["rmse_within_15_percent"]), _yes(angle["autocorrelation_in_band"]),
-             f"{100.0 * angle['lags_in_band_share']:.0f}", _increments(angle["increments"])] for angle in report["angles"]]
+             f"{100.0 * angle['lags_in_band_share']:.0f}", _increments(angle["increments"])]
+            for angle in report["angles"]]
     print_table(
         f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s "
         f"from {report['from_s']:.3g} s on, compared with the "
