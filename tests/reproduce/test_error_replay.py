@@ -3,7 +3,17 @@
 import pytest
 
 from fesloop.apps.reproduce import error_replay
-from fesloop.apps.reproduce.error_replay import CONTROLS, Source, closed_loop, rows_of, shares, sources
+from fesloop.apps.reproduce.error_replay import (
+    CONTROLS,
+    CRITERIA,
+    Source,
+    closed_loop,
+    ranges,
+    rows_of,
+    shares,
+    shares_of_recordings,
+    sources,
+)
 from fesloop.errors import InputError
 
 
@@ -39,6 +49,16 @@ def test_shares_are_of_angles_and_not_of_wholes():
     assert told["chain: autocorrelation"] == pytest.approx((200 / 3, 100.0))
 
 
+def test_ranges_are_over_the_joints_of_a_recording():
+    other = [angle("b-c.x", 1.0, 1.0, True), angle("b-c.y", 1.0, 0.8, False)]
+    found = shares_of_recordings("chain", [*ANGLES, *other])
+    assert found == {"chain a-b": pytest.approx((200 / 3, 200 / 3, 200 / 3)),
+                     "chain b-c": pytest.approx((50.0, 50.0, 50.0))}
+    told = dict(ranges(found, "trackers").rows)
+    assert tuple(told) == CRITERIA
+    assert told[CRITERIA[0]] == pytest.approx((50.0, 175 / 3, 200 / 3, 175 / 3))
+
+
 def test_without_recordings_it_says_what_is_missing(monkeypatch, tmp_path):
     monkeypatch.delenv("FESLOOP_RECORDINGS", raising=False)
     with pytest.raises(InputError, match="FESLOOP_RECORDINGS: no recordings in"):
@@ -54,6 +74,8 @@ def test_the_wrist_from_recording_to_closed_loop(recordings, monkeypatch):
     monkeypatch.setattr(error_replay, "sources", lambda seeds: [Source(path, "wrist", "vqf", seeds=seeds)])
     found = error_replay.run(2)
     assert [row.holds for row in found.rows][:2] == [True, True]
+    assert dict(found.sweeps["ranges"].rows)[CRITERIA[0]] == (100.0, 100.0, 100.0, 100.0)
+    assert "ranges_drifting" not in found.sweeps
     loops = dict(found.sweeps["closed_loop"].rows)
     for control in CONTROLS:
         ideal, mean, least, greatest, tracker = loops[f"wrist/circle-250 vqf, {control}"]
