@@ -1,5 +1,7 @@
 """Judgements of processes that are right, and of ones that are wrong: about 15 s."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -83,6 +85,14 @@ def test_increments_skip_gaps_and_times_without_pairs():
     gappy = ErrorRecord(name="a", moved=True, times_s=np.arange(40) / 20.0,
                         error=np.where(known, errors[0], np.nan), angle=np.zeros(40), rate=np.zeros(40))
     np.testing.assert_array_equal(increment_steps(gappy), [1, 2])
+
+
+def test_constant_parts_of_other_recordings_widen_the_runs():
+    alone, wide = judged(TRUE, 0), judged(replace(TRUE, bias_sd_deg=2.0), 0)
+    assert wide.process_deg == pytest.approx(np.sqrt(1.5 + 4.0), rel=0.05)
+    spreads = [each.process_high_deg - each.process_low_deg for each in (alone, wide)]
+    assert spreads[1] > 3.0 * spreads[0]
+    np.testing.assert_allclose(wide.process_increments_deg, alone.process_increments_deg)
 
 
 def test_judgements_repeat():

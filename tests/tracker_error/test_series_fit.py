@@ -103,6 +103,36 @@ def test_increments_of_a_fit_are_those_of_the_truth():
 
 
 @pytest.mark.slow
+def test_several_recordings_have_one_process_and_a_constant_each():
+    """Means within three standard errors: a lead and the noise are common, constants are not."""
+    common = {"lead_s": 0.03, "fast_deg": 0.8, "fast_s": 0.3}
+    biases = (-2.0, 0.5, 3.0)
+    records = [made(ErrorSeries(name="a", bias_deg=bias, **common), seed) for seed, bias in enumerate(biases)]
+    fit = fit_series(*records)
+    np.testing.assert_allclose(fit.biases_deg, biases, atol=0.3)
+    assert fit.series.bias_deg == pytest.approx(np.mean(fit.biases_deg))
+    assert fit.series.bias_sd_deg == pytest.approx(np.std(fit.biases_deg, ddof=1))
+    assert fit.series.lead_s == pytest.approx(0.03, abs=0.004)
+    assert size(fit.series) == pytest.approx(0.8, rel=0.1)
+    assert fit.innovations.size == 3 * TIMES.size
+    assert fit_series(records[0]).series.bias_sd_deg == 0.0
+
+
+@pytest.mark.slow
+def test_recordings_of_other_rates_are_fitted_together():
+    """Of the same process; the second one at four times the rate."""
+    series = ErrorSeries(name="a", fast_deg=1.0, fast_s=0.4)
+    times = np.arange(4 * TIMES.size) / (4.0 * RATE)
+    still, steps = np.zeros(times.size), np.full(times.size, 1.0 / (4.0 * RATE))
+    draws = np.random.default_rng(11).standard_normal((1, DRAWS, times.size))
+    fine = ErrorRecord(name="a", moved=True, times_s=times, angle=still, rate=still,
+                       error=ensemble(series.row(), still, still, steps, draws)[0])
+    fit = fit_series(made(series, 3), fine).series
+    assert size(fit) == pytest.approx(1.0, rel=0.2)
+    assert correlated(fit, 0.4) == pytest.approx(np.exp(-1.0), abs=0.15)
+
+
+@pytest.mark.slow
 def test_what_follows_from_the_motion_is_found_and_nothing_where_nothing_does():
     lagging = ErrorSeries(name="a", lead_s=-0.03, slope=0.05, fast_deg=0.5, fast_s=0.2)
     idle = ErrorSeries(name="a", fast_deg=0.5, fast_s=0.2)

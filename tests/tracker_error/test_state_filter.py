@@ -87,7 +87,7 @@ def test_the_summed_variance_is_that_of_the_process():
 
 def test_of_every_third_sample_it_is_the_mean_of_three():
     error, times = np.random.default_rng(3).standard_normal(90), np.arange(90) * 0.05
-    found = likelihood([Piece(error, times, np.zeros(90))], PARTS, 3)
+    found = likelihood([Piece(error, times, np.zeros(90), 3)], PARTS)
     matrix = found.scale * covariance(times[::3], PARTS)
     parts = [multivariate_normal(cov=matrix).logpdf(error[first::3]) for first in range(3)]
     assert found.log == pytest.approx(np.mean(parts))

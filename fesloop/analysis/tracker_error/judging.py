@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from fesloop.analysis.tracker_error.error_record import ErrorRecord, autocorrelation
 from fesloop.analysis.tracker_error.series_fit import SeriesFit
 from fesloop.loop.noise import stream_key
+from fesloop.models.error_process import ErrorSeries
 from fesloop.models.error_steps import BIAS, CURVE, DRAWS, LEAD, SLOPE, along, ensemble
 
 Array = NDArray[np.float64]
@@ -117,7 +118,7 @@ def judge(fit: SeriesFit, fitted: ErrorRecord, record: ErrorRecord, seed: int = 
     noise = np.random.Generator(np.random.Philox(key=stream_key(seed, f"judge/{series.name}", 0)))
     draws = noise.standard_normal((RUNS, DRAWS, record.times_s.size))
     runs = ensemble(series.row(), record.angle, record.rate, record.steps_s, draws)
-    squares = np.mean(np.square(runs[:, known]), axis=1)
+    squares = np.mean(np.square(runs[:, known] + offsets(series, seed)), axis=1)
     each = np.degrees(np.sqrt(squares))
     steps = increment_steps(record)
     increments = np.sqrt(np.mean(np.square(rms_increments(runs, known, steps)), axis=0))
@@ -143,6 +144,12 @@ def judge(fit: SeriesFit, fitted: ErrorRecord, record: ErrorRecord, seed: int = 
         increment_times_s=np.asarray(steps * period_s, dtype=np.float64),
         increments_deg=np.degrees(rms_increments(record.error[np.newaxis], known, steps)[0]),
         process_increments_deg=np.degrees(increments))
+
+
+def offsets(series: ErrorSeries, seed: int) -> Array:
+    """Differences of the runs' constant parts from their mean, (runs, 1), rad."""
+    noise = np.random.Generator(np.random.Philox(key=stream_key(seed, f"bias/{series.name}", 0)))
+    return np.asarray(np.radians(series.bias_sd_deg) * noise.standard_normal((RUNS, 1)))
 
 
 def increment_steps(record: ErrorRecord) -> NDArray[np.int64]:

@@ -53,11 +53,20 @@ class Parts(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """Error (n,) of one record, NaN where it is unknown, at times (n,), s, with speeds (n,), rad/s."""
+    """Error (n,) of one record, NaN where it is unknown, at times (n,), s, with speeds (n,), rad/s.
+
+    `every` is the stride of compared samples; a likelihood is the mean over all phases.
+    """
 
     error: Array
     times_s: Array
     speeds: Array
+    every: int = 1
+
+    @property
+    def phases(self) -> list[slice]:
+        """Rows of each phase."""
+        return [slice(first, None, self.every) for first in range(self.every)]
 
 
 class Likelihood(NamedTuple):
@@ -75,22 +84,19 @@ class Likelihood(NamedTuple):
     innovations: tuple[Array, ...]
 
 
-def likelihood(
-    pieces: Sequence[Piece], parts: Parts, every: int = 1, scale: float | None = None
-) -> Likelihood:
-    """Likelihood of errors under a process of a given or, where that is None, of the most likely scale.
-
-    `every` is the stride of compared samples; the result is the mean over all phases.
-    """
-    innovations = tuple(np.empty_like(piece.error) for piece in pieces)
-    phases = [slice(first, None, every) for first in range(every)]
-    spread = sum(whiten(piece.error[rows], piece.times_s[rows], piece.speeds[rows], parts, found[rows])
-                 for piece, found in zip(pieces, innovations, strict=True) for rows in phases)
-    total = sum(float(np.nansum(np.square(found))) for found in innovations)
-    count = sum(int(np.isfinite(found).sum()) for found in innovations)
+def likelihood(pieces: Sequence[Piece], parts: Parts, scale: float | None = None) -> Likelihood:
+    """Likelihood of errors under a process of a given or, where that is None, of the most likely scale."""
+    innovations, spread, total, count = [], 0.0, 0.0, 0.0
+    for piece in pieces:
+        found = np.empty_like(piece.error)
+        spread += sum(whiten(piece.error[rows], piece.times_s[rows], piece.speeds[rows], parts, found[rows])
+                      for rows in piece.phases) / piece.every
+        total += float(np.nansum(np.square(found))) / piece.every
+        count += int(np.isfinite(found).sum()) / piece.every
+        innovations.append(found)
     if scale is None:
         scale = max(total / count, np.finfo(float).tiny)
-    log = -0.5 * (count * math.log(2.0 * math.pi * scale) + total / scale + spread) / every
+    log = -0.5 * (count * math.log(2.0 * math.pi * scale) + total / scale + spread)
     return Likelihood(log, scale, tuple(found / math.sqrt(scale) for found in innovations))
 
 
@@ -194,23 +200,29 @@ _BLOCKS = 4
 
 
 class MotionColumns:
-    """Regressors of an error on the motion.
+    """Regressors of an error on the motion in one or more recordings, each with a constant of its own.
 
     Attributes
     ----------
-    values: (n, 4), a constant, the angle, its square, its rate; rad and s.
+    values: (n, 4), a constant, the angle, its square, its rate; rad and s; records one after the other.
     """
 
-    def __init__(self, record: ErrorRecord) -> None:
-        self._error, self._known = record.error, record.known
-        angle = record.angle
-        self.values = np.stack([np.ones_like(angle), angle, angle * angle, record.rate], axis=1)
+    def __init__(self, *records: ErrorRecord) -> None:
+        self._error = np.concatenate([record.error for record in records])
+        self._known = np.concatenate([record.known for record in records])
+        angle = np.concatenate([record.angle for record in records])
+        rate = np.concatenate([record.rate for record in records])
+        self.values = np.stack([np.ones_like(angle), angle, angle * angle, rate], axis=1)
+        number = np.repeat(np.arange(len(records)), [record.times_s.size for record in records])
+        self._constants = np.equal.outer(number, np.arange(len(records))).astype(np.float64)
+        self._ends = np.cumsum([record.times_s.size for record in records])[:-1]
 
     def choices(self) -> Sequence[Columns]:
-        """Sets of columns that the record is long enough for, each with the constant."""
-        angle = self.values[:, 1]
-        moving = float(np.std(angle[self._known])) > _STILL
-        most = min(_MOST, int(independent_values(angle, self._known) / _A_COLUMN)) if moving else 0
+        """Sets of columns that the records are long enough for, each with the constant."""
+        angles, known = np.split(self.values[:, 1], self._ends), np.split(self._known, self._ends)
+        moving = float(np.std(self.values[self._known, 1])) > _STILL
+        count = sum(independent_values(*each) for each in zip(angles, known, strict=True)) if moving else 0.0
+        most = min(_MOST, int(count / _A_COLUMN))
         return [(0, *some) for size in range(most + 1) for some in combinations((1, 2, 3), size)]
 
     def best(self) -> Columns:
@@ -218,19 +230,31 @@ class MotionColumns:
         return min(self.choices(), key=self.prediction_error)
 
     def prediction_error(self, columns: Columns) -> float:
-        """Mean square error of cross-validation: each quarter of the record by weights of the other three."""
+        """Mean square error of cross-validation: each quarter of each record by weights of the others."""
         rows, total = np.flatnonzero(self._known), 0.0
-        for quarter in np.array_split(rows, _BLOCKS):
+        of_records = np.split(rows, np.searchsorted(rows, self._ends))
+        quarters = zip(*(np.array_split(some, _BLOCKS) for some in of_records), strict=True)
+        for quarter in map(np.concatenate, quarters):
             _, residual = self.least_squares(columns, np.setdiff1d(rows, quarter))
             total += float(np.sum(np.square(residual[quarter])))
         return total / rows.size
 
+    def matrix(self, columns: Columns) -> Array:
+        """Columns of the records' constants and of the motion, (n, records + columns - 1)."""
+        return np.hstack([self._constants, self.values[:, list(columns[1:])]])
+
     def least_squares(self, columns: Columns, rows: NDArray[np.int64]) -> tuple[Array, Array]:
-        """Weights (4,) from some of the rows, zero for other columns, and the residual error (n,)."""
-        chosen = list(columns)
-        weights = np.zeros(4)
-        weights[chosen], *_ = np.linalg.lstsq(self.values[rows][:, chosen], self._error[rows], rcond=None)
-        return weights, self._error - self.values @ weights
+        """Weights from some of the rows, and the residual error (n,).
+
+        Weights are the constants of the records, then those of angle, its square and its rate, zero for
+        columns that are not chosen: (records + 3,).
+        """
+        matrix, count = self.matrix(columns), self._constants.shape[1]
+        found, *_ = np.linalg.lstsq(matrix[rows], self._error[rows], rcond=None)
+        weights = np.zeros(count + 3)
+        weights[:count] = found[:count]
+        weights[[count - 1 + column for column in columns[1:]]] = found[count:]
+        return weights, self._error - matrix @ found
 
 
 FEWEST = 100
@@ -305,7 +329,8 @@ class SeriesFit:
     Attributes
     ----------
     series: the process.
-    innovations: (n,), standardised; NaN where the error is unknown.
+    innovations: (n,), standardised; NaN where the error is unknown; records one after the other.
+    biases_deg: constant part of each record.
     criterion: Bayesian information criterion of the chosen model.
     weight_spread: (4, 4), covariance of the estimates of bias, slope, curve and lead from a record of this
         length, in rad and s.
@@ -317,6 +342,7 @@ class SeriesFit:
     criterion: float
     weight_spread: Array
     too_slow: bool
+    biases_deg: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -329,18 +355,19 @@ class _Candidate:
     criterion: float
 
 
-def fit_series(record: ErrorRecord) -> SeriesFit:
-    """Fit the process of one angle's error.
+def fit_series(*records: ErrorRecord) -> SeriesFit:
+    """Fit the process of one angle's error, measured in one or more recordings.
 
-    Raises InputError where fewer than `FEWEST` errors are known, or all are equal.
+    Raises InputError where fewer than `FEWEST` errors of a recording are known, or all are equal.
     """
-    known = int(record.known.sum())
-    if known < FEWEST:
-        raise InputError(record.name, f"{known} errors are known", f"{FEWEST} or more to fit a process")
-    if not np.ptp(record.error[record.known]) > 0.0:
-        raise InputError(record.name, "the error never changes", "an error that does",
-                         "a bias is all there is: take a tracker of kind ideal")
-    problem = _Problem(record)
+    for record in records:
+        known = int(record.known.sum())
+        if known < FEWEST:
+            raise InputError(record.name, f"{known} errors are known", f"{FEWEST} or more to fit a process")
+        if not np.ptp(record.error[record.known]) > 0.0:
+            raise InputError(record.name, "the error never changes", "an error that does",
+                             "a bias is all there is: take a tracker of kind ideal")
+    problem = _Problem(records)
     first = problem.fitted(Noise(slow=True))
     still = min((problem.fitted(noise, first) for noise in NOISES), key=_criterion)
     shaken = problem.fitted(replace(still.noise, shaken=True), still)
@@ -352,15 +379,16 @@ def _criterion(candidate: _Candidate) -> float:
 
 
 class _Problem:
-    """A record less the part that follows from its motion, and the bounds of the parameters."""
+    """Records less the part that follows from their motion, and the bounds of the parameters."""
 
-    def __init__(self, record: ErrorRecord) -> None:
-        self.record, self.known, self.steps_s = record, record.known, record.steps_s
-        known = self.known
-        length = float(record.times_s[known][-1] - record.times_s[known][0])
-        period_s = float(np.median(self.steps_s[:-1]))
-        self.thinning = max(1, round(_PERIOD_S / period_s))
-        usual = self.thinning * period_s
+    def __init__(self, records: Sequence[ErrorRecord]) -> None:
+        self.records = records
+        self.known = np.concatenate([record.known for record in records])
+        self.rate = np.concatenate([record.rate for record in records])
+        length = max(float(np.ptp(record.times_s[record.known])) for record in records)
+        periods_s = [float(np.median(record.steps_s[:-1])) for record in records]
+        strides = [max(1, round(_PERIOD_S / period_s)) for period_s in periods_s]
+        usual = max(stride * period_s for stride, period_s in zip(strides, periods_s, strict=True))
         longest_fast = max(length / _LONGEST_FAST, 4.0 * usual)
         self.bounds = np.array([
             _ODDS, (math.log(max(_SHORT_S, 2.0 * usual)), math.log(length)),
@@ -368,16 +396,20 @@ class _Problem:
             (math.log(usual), math.log(longest_fast)), _ODDS,
             (math.log(0.5 * usual), math.log(max(_LONGEST_QUICK_S, usual))),
             (math.log(min(_LEAST_HZ, 0.25 / usual)), math.log(0.5 / usual)), _SPEEDS_S])
-        agility = max(float(np.std(record.rate[known])), 1e-2)
+        agility = max(float(np.std(self.rate[self.known])), 1e-2)
         start = (0.0, math.log(length / 8.0), math.log(_SHORT_S), math.log(4.0 * usual), math.log(0.1),
                  math.log(_SHORT_S), 0.0, -math.log(agility))
         self.start = np.clip(start, *self.bounds.T)
-        self.motion = MotionColumns(record)
+        self.motion = MotionColumns(*records)
         self.columns = self.motion.best()
-        self.weights, self.residual = self.motion.least_squares(self.columns, np.flatnonzero(known))
-        self.square = float(np.sum(np.square(self.residual[known])))
-        self.pieces = (Piece(self.residual, record.times_s,
-                             np.minimum(np.abs(record.rate), np.abs(record.rate[known]).max())),)
+        self.weights, residual = self.motion.least_squares(self.columns, np.flatnonzero(self.known))
+        greatest = np.abs(self.rate[self.known]).max()
+        ends = np.cumsum([record.times_s.size for record in records])[:-1]
+        self.pieces = [
+            Piece(error, record.times_s, np.minimum(np.abs(record.rate), greatest), stride)
+            for error, record, stride in zip(np.split(residual, ends), records, strides, strict=True)]
+        self.square = sum(float(np.nansum(np.square(piece.error))) / piece.every for piece in self.pieces)
+        self.compared = sum(int(np.isfinite(piece.error).sum()) / piece.every for piece in self.pieces)
 
     def fitted(self, noise: Noise, before: _Candidate | None = None) -> _Candidate:
         """Maximise the likelihood of the parts; the search starts at the result `before`, and elsewhere."""
@@ -399,8 +431,8 @@ class _Problem:
                               options={"maxiter": 60, "ftol": 1e-8}) for each in starts),
                     key=lambda one: float(one.fun))
         point[free] = found.x
-        count = len(self.columns) + len(free) + 1
-        criterion = count * math.log(self.known.sum() / self.thinning) + 2.0 * float(found.fun)
+        count = len(self.records) + len(self.columns) + len(free)
+        criterion = count * math.log(self.compared) + 2.0 * float(found.fun)
         return _Candidate(noise, point, self._likelihood(noise, point), criterion)
 
     def _likeliest_start(self, noise: Noise, free: list[int],
@@ -422,19 +454,26 @@ class _Problem:
     def _likelihood(self, noise: Noise, point: Array) -> Likelihood:
         """Likelihood of the parts at the scale that gives them the residual's mean square."""
         parts = noise.parts(point)
-        variance = sum(summed_variance(*piece, parts) for piece in self.pieces)
-        return likelihood(self.pieces, parts, self.thinning, self.square / variance)
+        return likelihood(self.pieces, parts, self._scale(parts))
+
+    def _scale(self, parts: Parts) -> float:
+        variance = sum(float(summed_variance(piece.error, piece.times_s, piece.speeds, parts)) / piece.every
+                       for piece in self.pieces)
+        return self.square / variance
 
     def scaled(self, best: _Candidate) -> SeriesFit:
         """The process with these parts."""
-        record, known, noise = self.record, self.known, best.noise
-        parts = noise.parts(best.point)
-        bias, slope, curve, lead = self.weights.tolist()
-        scale = self.square / sum(summed_variance(*piece, parts) for piece in self.pieces)
+        noise, parts = best.noise, best.noise.parts(best.point)
+        count = len(self.records)
+        biases = np.degrees(self.weights[:count])
+        slope, curve, lead = self.weights[count:].tolist()
+        scale = self._scale(parts)
         sd_deg = math.degrees(math.sqrt(scale))
-        angle, rate = np.degrees(record.angle[known]), np.degrees(record.rate[known])
+        angle = np.degrees(self.motion.values[self.known, 1])
         series = ErrorSeries(
-            name=record.name, moved=record.moved, bias_deg=math.degrees(bias), slope=slope,
+            name=self.records[0].name, moved=any(record.moved for record in self.records),
+            bias_deg=float(biases.mean()), bias_sd_deg=float(biases.std(ddof=1)) if count > 1 else 0.0,
+            slope=slope,
             curve_deg=math.degrees(curve), lead_s=lead, smooth=noise.smooth,
             slow_deg=sd_deg * math.sqrt(parts.slow), slow_s=parts.slow_s if noise.slow else 0.0,
             rise_s=parts.rise_s,
@@ -443,26 +482,30 @@ class _Problem:
             quick_s=parts.quick_s if noise.swinging else 0.0,
             quick_hz=parts.quick_rate / (2.0 * math.pi) if noise.swinging else 0.0,
             angle_deg=(min(0.0, float(angle.min())), max(0.0, float(angle.max()))),
-            rate_deg_s=float(np.abs(rate).max()))
+            rate_deg_s=float(np.degrees(np.abs(self.rate[self.known]).max())))
         if not noise.swinging:
-            quick_s = quick_time_s(series, self.residual, record.rate, self.steps_s)
-            series = replace(series, quick_s=quick_s)
+            times_s = [quick_time_s(series, piece.error, record.rate, record.steps_s)
+                       for piece, record in zip(self.pieces, self.records, strict=True)]
+            series = replace(series, quick_s=float(np.mean(times_s)))
         too_slow = (parts.slow_s if noise.slow else parts.fast_s) > math.exp(
             self.bounds[SLOW_TIME, 1]) / _LEAST_TIMES
-        return SeriesFit(series=series, innovations=best.found.innovations[0], criterion=best.criterion,
-                         too_slow=too_slow, weight_spread=self._spread_of_weights(series))
+        return SeriesFit(series=series, innovations=np.concatenate(best.found.innovations),
+                         criterion=best.criterion, too_slow=too_slow, biases_deg=tuple(biases.tolist()),
+                         weight_spread=self._spread_of_weights(series))
 
     def _spread_of_weights(self, series: ErrorSeries) -> Array:
-        """Covariance (4, 4) of the weights over records like this one, from runs of the process."""
-        record, chosen = self.record, list(self.columns)
+        """Covariance (4, 4) of the weights over records like these, from runs of the process."""
+        count = len(self.records)
         noise = np.random.Generator(np.random.Philox(key=stream_key(0, f"weights/{series.name}", 0)))
         row = replace(series, bias_deg=0.0, slope=0.0, curve_deg=0.0, lead_s=0.0).row()
-        runs = ensemble(row, record.angle, record.rate, self.steps_s,
-                        noise.standard_normal((_RUNS, DRAWS, record.times_s.size)))
-        found, *_ = np.linalg.lstsq(self.motion.values[self.known][:, chosen], runs[:, self.known].T,
-                                   rcond=None)
+        runs = np.hstack([ensemble(row, record.angle, record.rate, record.steps_s,
+                                   noise.standard_normal((_RUNS, DRAWS, record.times_s.size)))
+                          for record in self.records])
+        found, *_ = np.linalg.lstsq(self.motion.matrix(self.columns)[self.known], runs[:, self.known].T,
+                                    rcond=None)
         covariance = np.zeros((4, 4))
-        covariance[np.ix_(chosen, chosen)] = np.atleast_2d(np.cov(found))
+        covariance[np.ix_(self.columns, self.columns)] = np.atleast_2d(
+            np.cov(np.vstack([found[:count].mean(axis=0), found[count:]])))
         return covariance
 
 
