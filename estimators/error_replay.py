@@ -18,7 +18,7 @@ from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.wire import Losses
 from fesloop.models.correlation import root_of
 from fesloop.models.error_process import ErrorProcess
-from fesloop.models.error_steps import DRAWS, PARTS, errors_now, rows_of
+from fesloop.models.error_steps import DRAWS, PARTS, SDS, errors_now, rows_of, sizes
 
 Array = NDArray[np.float64]
 
@@ -66,9 +66,8 @@ class ErrorReplay:
     named as `process = { file = "error.toml" }`. Nothing of the recording is played back: each trial and seed
     has an error of its own, with the recorded one's distribution, its correlation in time and across joints
     and its dependence on angle and rate, and, where the process was fitted to several recordings, with
-    another constant part. Estimates carry the instant of their truth; a lost one is replaced by the last one,
-    with its stamp. Before the first truth there is no output, with the status
-    `no_sample`.
+    another constant part and size. Estimates carry the instant of their truth; a lost one is replaced by the
+    last one, with its stamp. Before the first truth there is no output, with the status `no_sample`.
 
     Attributes
     ----------
@@ -121,6 +120,10 @@ class ErrorReplay:
     def init(self, context: Context) -> ErrorReplayState:
         """State without an error: the random parts begin with the first truth."""
         process, numbers = self.process, self.numbers()
+        series = [process.series[number] for number in numbers]
+        bias, size = context.noise(2 * self.joints, "normal", "recording").row(0).reshape(2, self.joints)
+        rows = rows_of(series)
+        rows[:, SDS] *= sizes(np.array([each.size_sd for each in series]), size)[:, np.newaxis]
         fate = context.noise(2, "uniform", "fate")
         first = [numbers.index(number) == joint for joint, number in enumerate(numbers)]
         together = np.outer(first, first) | np.eye(self.joints, dtype=bool)
@@ -128,9 +131,8 @@ class ErrorReplay:
         return ErrorReplayState(
             noise=context.noise(DRAWS * self.joints), fate=fate,
             losses=Losses(process.loss, process.burst_messages, fate),
-            rows=rows_of(process.series)[numbers], root=root_of(correlation),
-            offsets=np.radians([process.series[number].bias_sd_deg for number in numbers])
-            * context.noise(self.joints, "normal", "bias").row(0),
+            rows=rows, root=root_of(correlation),
+            offsets=np.radians([each.bias_sd_deg for each in series]) * bias,
             parts=np.zeros((self.joints, PARTS)),
             centre=np.radians(self.centre_deg) if self.centre_deg else None,
             truth=np.zeros(self.joints), angles=np.zeros(self.joints))

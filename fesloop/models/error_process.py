@@ -26,8 +26,8 @@ from fesloop.loop.wire import least_burst
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop error process 1"
-_NOT_NEGATIVE = ("bias_sd_deg", "slow_deg", "slow_s", "rise_s", "fast_deg", "fast_s", "quick_deg", "quick_s",
-                 "quick_hz", "speed_s", "rate_deg_s")
+_NOT_NEGATIVE = ("bias_sd_deg", "size_sd", "slow_deg", "slow_s", "rise_s", "fast_deg", "fast_s", "quick_deg",
+                 "quick_s", "quick_hz", "speed_s", "rate_deg_s")
 _NO_NUMBERS = ("name", "moved", "smooth")
 _ROUNDING = 1e-3
 """Rounding of a correlation in a file; eigenvalues err by at most that times its size."""
@@ -58,6 +58,8 @@ class ErrorSeries:
     moved: whether the joint moves about this axis; else this is what constraints leave of a turn that the
         joint forbids, and `a` that angle of the joint which moves most.
     bias_deg: constant part. bias_sd_deg: its sd between recordings, sampled once a trial; 0 for one.
+    size_sd: sd of the logarithm of the size of the random parts between recordings, sampled once a trial; 0
+        for one. The sds below are those of the mean square over recordings.
     slope: of the angle, "1". curve_deg: at one radian from the centre. lead_s: by how much the estimate is
         ahead of the truth; negative where it lags.
     slow_deg, fast_deg, quick_deg: sd. slow_s, fast_s, quick_s: time constants; of the first two 0, with an
@@ -73,6 +75,7 @@ class ErrorSeries:
     moved: bool = True
     bias_deg: float = 0.0
     bias_sd_deg: float = 0.0
+    size_sd: float = 0.0
     slope: float = 0.0
     curve_deg: float = 0.0
     lead_s: float = 0.0

@@ -29,6 +29,15 @@ BIAS, SLOPE, CURVE, LEAD, SLOW_SD, SLOW_TIME, FAST_SD, FAST_TIME, QUICK_SD, QUIC
 """Indices of the numbers in a series' row (`ErrorSeries.row`), rad and s."""
 
 
+SDS = [SLOW_SD, FAST_SD, QUICK_SD]
+"""Indices of the sds of the random parts."""
+
+
+def sizes(size_sd: Array, draws: Array) -> Array:
+    """Factors on the random parts in another recording, log-normal with a mean square of 1."""
+    return np.asarray(np.exp(size_sd * draws - np.square(size_sd)))
+
+
 def rows_of(series: Sequence[ErrorSeries]) -> Array:
     """Their rows, (series, columns)."""
     return np.array([each.row() for each in series])

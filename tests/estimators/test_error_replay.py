@@ -107,6 +107,13 @@ def test_each_trial_has_another_constant_part():
     assert abs(np.corrcoef(found[:, 0].T)[0, 1]) < 0.25
 
 
+def test_each_trial_has_another_size_with_the_same_mean_square():
+    block = ErrorReplay(process=process(ErrorSeries(name="a.z", quick_deg=1.0, size_sd=0.5)), joints=1)
+    found = np.array([run(block, np.zeros((200, 1)), seed=seed)[0].std() for seed in range(400)])
+    assert np.log(found).std() == pytest.approx(0.5, rel=0.15)
+    assert np.mean(found**2) == pytest.approx(1.0, rel=0.35)
+
+
 def test_before_any_truth_it_says_so():
     block, tick = ErrorReplay(process=process(), joints=2), Tick()
     nothing = Sample(np.zeros(2), NEVER, NEVER, NEVER)

@@ -93,6 +93,9 @@ def test_constant_parts_of_other_recordings_widen_the_runs():
     spreads = [each.process_high_deg - each.process_low_deg for each in (alone, wide)]
     assert spreads[1] > 3.0 * spreads[0]
     np.testing.assert_allclose(wide.process_increments_deg, alone.process_increments_deg)
+    sized = judged(replace(TRUE, size_sd=0.5), 0)
+    assert sized.process_deg == pytest.approx(alone.process_deg, rel=0.1)
+    assert sized.process_high_deg - sized.process_low_deg > 2.0 * spreads[0]
 
 
 def test_judgements_repeat():

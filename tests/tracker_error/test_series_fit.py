@@ -119,6 +119,16 @@ def test_several_recordings_have_one_process_and_a_constant_each():
 
 
 @pytest.mark.slow
+def test_recordings_of_other_sizes_have_common_time_constants():
+    records = [made(ErrorSeries(name="a", fast_deg=size, fast_s=0.3), seed)
+               for seed, size in enumerate((0.5, 1.0, 2.0))]
+    fit = fit_series(*records).series
+    assert fit.size_sd == pytest.approx(np.log(2.0), rel=0.15)
+    assert size(fit) == pytest.approx(np.sqrt((0.25 + 1.0 + 4.0) / 3.0), rel=0.15)
+    assert correlated(fit, 0.3) == pytest.approx(np.exp(-1.0), abs=0.1)
+
+
+@pytest.mark.slow
 def test_recordings_of_other_rates_are_fitted_together():
     """Of the same process; the second one at four times the rate."""
     series = ErrorSeries(name="a", fast_deg=1.0, fast_s=0.4)

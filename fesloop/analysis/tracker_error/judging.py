@@ -25,7 +25,7 @@ from fesloop.analysis.tracker_error.error_record import ErrorRecord, autocorrela
 from fesloop.analysis.tracker_error.series_fit import SeriesFit
 from fesloop.loop.noise import stream_key
 from fesloop.models.error_process import ErrorSeries
-from fesloop.models.error_steps import BIAS, CURVE, DRAWS, LEAD, SLOPE, along, ensemble
+from fesloop.models.error_steps import BIAS, CURVE, DRAWS, LEAD, SLOPE, along, ensemble, sizes
 
 Array = NDArray[np.float64]
 WITHIN = 0.15
@@ -118,7 +118,11 @@ def judge(fit: SeriesFit, fitted: ErrorRecord, record: ErrorRecord, seed: int = 
     noise = np.random.Generator(np.random.Philox(key=stream_key(seed, f"judge/{series.name}", 0)))
     draws = noise.standard_normal((RUNS, DRAWS, record.times_s.size))
     runs = ensemble(series.row(), record.angle, record.rate, record.steps_s, draws)
-    squares = np.mean(np.square(runs[:, known] + offsets(series, seed)), axis=1)
+    factors, offsets = of_recordings(series, seed)
+    if series.size_sd:
+        follows = along(series.row(), record.angle, record.rate)
+        runs = follows + factors * (runs - follows)
+    squares = np.mean(np.square(runs[:, known] + offsets), axis=1)
     each = np.degrees(np.sqrt(squares))
     steps = increment_steps(record)
     increments = np.sqrt(np.mean(np.square(rms_increments(runs, known, steps)), axis=0))
@@ -146,10 +150,11 @@ def judge(fit: SeriesFit, fitted: ErrorRecord, record: ErrorRecord, seed: int = 
         process_increments_deg=np.degrees(increments))
 
 
-def offsets(series: ErrorSeries, seed: int) -> Array:
-    """Differences of the runs' constant parts from their mean, (runs, 1), rad."""
-    noise = np.random.Generator(np.random.Philox(key=stream_key(seed, f"bias/{series.name}", 0)))
-    return np.asarray(np.radians(series.bias_sd_deg) * noise.standard_normal((RUNS, 1)))
+def of_recordings(series: ErrorSeries, seed: int) -> tuple[Array, Array]:
+    """Factors on the random parts of the runs, and differences of constant parts, rad: (runs, 1) each."""
+    noise = np.random.Generator(np.random.Philox(key=stream_key(seed, f"recording/{series.name}", 0)))
+    size, bias = noise.standard_normal((2, RUNS, 1))
+    return sizes(np.array(series.size_sd), size), np.asarray(np.radians(series.bias_sd_deg) * bias)
 
 
 def increment_steps(record: ErrorRecord) -> NDArray[np.int64]:

@@ -408,7 +408,7 @@ class _Problem:
         self.pieces = [
             Piece(error, record.times_s, np.minimum(np.abs(record.rate), greatest), stride)
             for error, record, stride in zip(np.split(residual, ends), records, strides, strict=True)]
-        self.square = sum(float(np.nansum(np.square(piece.error))) / piece.every for piece in self.pieces)
+        self.squares = [float(np.nansum(np.square(piece.error))) / piece.every for piece in self.pieces]
         self.compared = sum(int(np.isfinite(piece.error).sum()) / piece.every for piece in self.pieces)
 
     def fitted(self, noise: Noise, before: _Candidate | None = None) -> _Candidate:
@@ -431,7 +431,7 @@ class _Problem:
                               options={"maxiter": 60, "ftol": 1e-8}) for each in starts),
                     key=lambda one: float(one.fun))
         point[free] = found.x
-        count = len(self.records) + len(self.columns) + len(free)
+        count = 2 * len(self.records) + len(self.columns) + len(free) - 1
         criterion = count * math.log(self.compared) + 2.0 * float(found.fun)
         return _Candidate(noise, point, self._likelihood(noise, point), criterion)
 
@@ -452,14 +452,16 @@ class _Problem:
         return min(tried, key=negative_log)
 
     def _likelihood(self, noise: Noise, point: Array) -> Likelihood:
-        """Likelihood of the parts at the scale that gives them the residual's mean square."""
+        """Likelihood of the parts at the scale that gives them each residual's mean square."""
         parts = noise.parts(point)
-        return likelihood(self.pieces, parts, self._scale(parts))
+        found = [likelihood([piece], parts, square / variance) for piece, square, variance in zip(
+            self.pieces, self.squares, self._variances(parts), strict=True)]
+        return Likelihood(sum(each.log for each in found), float(np.mean([each.scale for each in found])),
+                          tuple(each.innovations[0] for each in found))
 
-    def _scale(self, parts: Parts) -> float:
-        variance = sum(float(summed_variance(piece.error, piece.times_s, piece.speeds, parts)) / piece.every
-                       for piece in self.pieces)
-        return self.square / variance
+    def _variances(self, parts: Parts) -> list[float]:
+        return [float(summed_variance(piece.error, piece.times_s, piece.speeds, parts)) / piece.every
+                for piece in self.pieces]
 
     def scaled(self, best: _Candidate) -> SeriesFit:
         """The process with these parts."""
@@ -467,13 +469,15 @@ class _Problem:
         count = len(self.records)
         biases = np.degrees(self.weights[:count])
         slope, curve, lead = self.weights[count:].tolist()
-        scale = self._scale(parts)
+        variances = self._variances(parts)
+        scale = sum(self.squares) / sum(variances)
+        sizes = 0.5 * np.log(np.divide(self.squares, variances))
         sd_deg = math.degrees(math.sqrt(scale))
         angle = np.degrees(self.motion.values[self.known, 1])
         series = ErrorSeries(
             name=self.records[0].name, moved=any(record.moved for record in self.records),
             bias_deg=float(biases.mean()), bias_sd_deg=float(biases.std(ddof=1)) if count > 1 else 0.0,
-            slope=slope,
+            size_sd=float(sizes.std(ddof=1)) if count > 1 else 0.0, slope=slope,
             curve_deg=math.degrees(curve), lead_s=lead, smooth=noise.smooth,
             slow_deg=sd_deg * math.sqrt(parts.slow), slow_s=parts.slow_s if noise.slow else 0.0,
             rise_s=parts.rise_s,

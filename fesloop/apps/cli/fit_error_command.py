@@ -30,7 +30,7 @@ def _print(report: dict[str, Any]) -> None:
     several = len(report["recordings"]) > 1
     rows = [[f"{angle['recording']}: {angle['angle']}" if several else angle["angle"],
              "yes" if angle["moved"] else "", f"{angle['rmse_fitted_deg']:.2f}",
-             f"{angle['rmse_measured_deg']:.2f}", f"{angle['rmse_process_deg']:.2f}",
+             f"{angle['rmse_measured_deg']:.2f}", _process(angle, several),
              _yes(angle["rmse_within_15_percent"]), _yes(angle["autocorrelation_in_band"]),
              f"{100.0 * angle['lags_in_band_share']:.0f}", _increments(angle["increments"])]
             for angle in report["angles"]]
@@ -74,6 +74,12 @@ def delay_text(ahead_ms: float, half_sample_ms: float, recorded: bool) -> str:
     if late_ms <= _AHEAD_MS:
         return f"{shift}: {own}; with any other tracker the reference's stamps are late by that"
     return f"{shift}: {own}; the rest means that the reference's stamps are late; {takes}"
+
+
+def _process(angle: dict[str, Any], several: bool) -> str:
+    """RMSE of the process; with its 95 % range where recordings differ."""
+    low, high = angle["rmse_process_95_deg"]
+    return f"{angle['rmse_process_deg']:.2f}" + (f" ({low:.2f}-{high:.2f})" if several else "")
 
 
 def _print_differences(report: dict[str, Any]) -> None:
