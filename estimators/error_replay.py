@@ -18,7 +18,7 @@ from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.wire import Losses
 from fesloop.models.correlation import root_of
 from fesloop.models.error_process import ErrorProcess
-from fesloop.models.error_steps import DRAWS, PARTS, errors_now, rows_of
+from fesloop.models.error_steps import DRAWS, PARTS, SDS, errors_now, rows_of, sizes
 
 Array = NDArray[np.float64]
 
@@ -34,6 +34,7 @@ class ErrorReplayState:
     losses: losses by these.
     rows: (joints, columns), error processes of the joints.
     root: (joints, joints), root of their correlation.
+    offsets: (joints,), rad, difference of this trial's constant parts from their means.
     parts: (joints, PARTS), present random parts.
     centre: (joints,), rad, origin of the angles; None before the first truth.
     past: (capture, truth) of the messages within the age, oldest first.
@@ -47,6 +48,7 @@ class ErrorReplayState:
     losses: Losses
     rows: Array
     root: Array
+    offsets: Array
     parts: Array
     centre: Array | None
     truth: Array
@@ -63,9 +65,9 @@ class ErrorReplay:
     Input and output `angles` (joints,), rad. The process is fitted by `fesloop fit-error`, whose file is
     named as `process = { file = "error.toml" }`. Nothing of the recording is played back: each trial and seed
     has an error of its own, with the recorded one's distribution, its correlation in time and across joints
-    and its dependence on angle and rate. Estimates carry the instant of their truth; a lost one
-    is replaced by the last one, with its stamp. Before the first truth there is no output, with the status
-    `no_sample`.
+    and its dependence on angle and rate, and, where the process was fitted to several recordings, with
+    another constant part and size. Estimates carry the instant of their truth; a lost one is replaced by the
+    last one, with its stamp. Before the first truth there is no output, with the status `no_sample`.
 
     Attributes
     ----------
@@ -118,6 +120,10 @@ class ErrorReplay:
     def init(self, context: Context) -> ErrorReplayState:
         """State without an error: the random parts begin with the first truth."""
         process, numbers = self.process, self.numbers()
+        series = [process.series[number] for number in numbers]
+        bias, size = context.noise(2 * self.joints, "normal", "recording").row(0).reshape(2, self.joints)
+        rows = rows_of(series)
+        rows[:, SDS] *= sizes(np.array([each.size_sd for each in series]), size)[:, np.newaxis]
         fate = context.noise(2, "uniform", "fate")
         first = [numbers.index(number) == joint for joint, number in enumerate(numbers)]
         together = np.outer(first, first) | np.eye(self.joints, dtype=bool)
@@ -125,7 +131,8 @@ class ErrorReplay:
         return ErrorReplayState(
             noise=context.noise(DRAWS * self.joints), fate=fate,
             losses=Losses(process.loss, process.burst_messages, fate),
-            rows=rows_of(process.series)[numbers], root=root_of(correlation),
+            rows=rows, root=root_of(correlation),
+            offsets=np.radians([each.bias_sd_deg for each in series]) * bias,
             parts=np.zeros((self.joints, PARTS)),
             centre=np.radians(self.centre_deg) if self.centre_deg else None,
             truth=np.zeros(self.joints), angles=np.zeros(self.joints))
@@ -165,5 +172,5 @@ class ErrorReplay:
         rates = np.zeros(self.joints) if first else (truth - state.truth) / elapsed_s
         draws = state.noise.row(index).reshape(DRAWS, self.joints) @ state.root
         errors = errors_now(state.rows, state.parts, truth - state.centre, rates, elapsed_s, first, draws)
-        state.angles = truth + self.size * errors
+        state.angles = truth + self.size * (state.offsets + errors)
         state.captured_ns, state.truth = captured_ns, truth

@@ -26,8 +26,8 @@ from fesloop.loop.wire import least_burst
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop error process 1"
-_NOT_NEGATIVE = ("slow_deg", "slow_s", "fast_deg", "fast_s", "quick_deg", "quick_s", "speed_s",
-                 "rate_deg_s")
+_NOT_NEGATIVE = ("bias_sd_deg", "size_sd", "slow_deg", "slow_s", "rise_s", "fast_deg", "fast_s", "quick_deg",
+                 "quick_s", "quick_hz", "speed_s", "rate_deg_s")
 _NO_NUMBERS = ("name", "moved", "smooth")
 _ROUNDING = 1e-3
 """Rounding of a correlation in a file; eigenvalues err by at most that times its size."""
@@ -43,21 +43,29 @@ class ErrorSeries:
     `a` is the true angle from the centre of its motion, clipped to `angle_deg`; a' its rate, clipped to
     +-`rate_deg_s`, the limits of the recording. `fast` is an Ornstein-Uhlenbeck process
     (doi 10.1103/PhysRev.36.823): what drives it grows with the rate, its variance by 1 + (speed_s a')^2, as
-    of soft tissue that is shaken. `slow` is another, or, where `smooth`, one with a derivative of its own, of
-    autocorrelation (1 + t / slow_s) exp(-t / slow_s) (Matern 3/2, doi 10.1109/MLSP.2010.5589113). `quick` is
-    one more Ornstein-Uhlenbeck process, or, with a time constant of 0, independent from tick to tick.
+    of soft tissue that is shaken. `slow` is another, or, where `smooth`, one through a low pass of time
+    constant `rise_s`, as trackers and interpolation are, with a derivative of its own: its autocorrelation is
+    (slow_s exp(-t / slow_s) - rise_s exp(-t / rise_s)) / (slow_s - rise_s), and with equal time constants
+    (1 + t / slow_s) exp(-t / slow_s) (Matern 3/2, doi 10.1109/MLSP.2010.5589113). `quick` is
+    independent from tick to tick, or, with a time constant, one more Ornstein-Uhlenbeck process, or, with a
+    frequency, a damped oscillation that noise drives, like that of a sensor on soft tissue: a stochastic
+    cycle of autocorrelation exp(-t / quick_s) cos(2 pi quick_hz t) (Harvey 1989, Forecasting, structural
+    time series models and the Kalman filter), which motion drives as it drives `fast`.
 
     Attributes
     ----------
     name: of the angle, such as "seg2-seg3.x": about x, in the child's frame.
     moved: whether the joint moves about this axis; else this is what constraints leave of a turn that the
         joint forbids, and `a` that angle of the joint which moves most.
-    bias_deg: constant part.
+    bias_deg: constant part. bias_sd_deg: its sd between recordings, sampled once a trial; 0 for one.
+    size_sd: sd of the logarithm of the size of the random parts between recordings, sampled once a trial; 0
+        for one. The sds below are those of the mean square over recordings.
     slope: of the angle, "1". curve_deg: at one radian from the centre. lead_s: by how much the estimate is
         ahead of the truth; negative where it lags.
     slow_deg, fast_deg, quick_deg: sd. slow_s, fast_s, quick_s: time constants; of the first two 0, with an
-        sd of 0, where there is no such part.
-    smooth: whether the slow part has a derivative; then `slow_s` is above 0.
+        sd of 0, where there is no such part. quick_hz: frequency; 0 where the quick part does not oscillate.
+    smooth: whether the slow part has a derivative; then `slow_s` is above 0. rise_s: its other time constant;
+        0 where that is `slow_s`.
     speed_s: above; 0 where the rate makes no difference.
     angle_deg: least and greatest angle from the centre.
     rate_deg_s: greatest rate.
@@ -66,16 +74,20 @@ class ErrorSeries:
     name: str
     moved: bool = True
     bias_deg: float = 0.0
+    bias_sd_deg: float = 0.0
+    size_sd: float = 0.0
     slope: float = 0.0
     curve_deg: float = 0.0
     lead_s: float = 0.0
     slow_deg: float = 0.0
     slow_s: float = 0.0
     smooth: bool = False
+    rise_s: float = 0.0
     fast_deg: float = 0.0
     fast_s: float = 0.0
     quick_deg: float = 0.0
     quick_s: float = 0.0
+    quick_hz: float = 0.0
     speed_s: float = 0.0
     angle_deg: tuple[float, float] = (-180.0, 180.0)
     rate_deg_s: float = 2000.0
@@ -94,16 +106,20 @@ class ErrorSeries:
                 raise InputError(time, f"{getattr(self, time)} with a {sd} of {getattr(self, sd)}", "above 0")
         if self.smooth and not self.slow_s > 0.0:
             raise InputError("slow_s", f"{self.slow_s} of a smooth part", "above 0", "or say smooth = false")
+        if self.quick_hz > 0.0 and not self.quick_s > 0.0:
+            raise InputError("quick_s", f"{self.quick_s} with a quick_hz of {self.quick_hz}", "above 0")
         if not self.angle_deg[0] <= 0.0 <= self.angle_deg[1]:
             raise InputError("angle_deg", f"{self.angle_deg}", "a least angle up to 0, a greatest from 0 on")
 
     def row(self) -> Array:
         """Row of numbers, rad and s, in the order of `fesloop.models.error_steps`."""
+        rise_s = (self.rise_s or self.slow_s) if self.smooth else 0.0
         bias, curve, slow, fast, quick, low, high, rate = np.radians([
             self.bias_deg, self.curve_deg, self.slow_deg, self.fast_deg, self.quick_deg, *self.angle_deg,
             self.rate_deg_s])
         return np.array([bias, self.slope, curve, self.lead_s, slow, self.slow_s, fast, self.fast_s, quick,
-                         self.quick_s, self.speed_s, low, high, rate, float(self.smooth)])
+                         self.quick_s, self.speed_s, low, high, rate, rise_s,
+                         2.0 * math.pi * self.quick_hz])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

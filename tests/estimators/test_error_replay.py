@@ -98,6 +98,22 @@ def test_each_seed_and_name_has_an_error_of_its_own_and_the_same_one_again():
     np.testing.assert_allclose(run(ErrorReplay(process=process(), joints=1, size=2.0), truth)[0], 2.0 * one)
 
 
+def test_each_trial_has_another_constant_part():
+    block = ErrorReplay(process=process(ErrorSeries(name="a.z", bias_deg=1.0, bias_sd_deg=2.0)), joints=2)
+    found = np.array([run(block, np.zeros((3, 2)), seed=seed)[0] for seed in range(200)])
+    np.testing.assert_array_equal(np.ptp(found, axis=1), 0.0)
+    assert found.mean() == pytest.approx(1.0, abs=0.4)
+    assert found[:, 0].std(axis=0).mean() == pytest.approx(2.0, rel=0.2)
+    assert abs(np.corrcoef(found[:, 0].T)[0, 1]) < 0.25
+
+
+def test_each_trial_has_another_size_with_the_same_mean_square():
+    block = ErrorReplay(process=process(ErrorSeries(name="a.z", quick_deg=1.0, size_sd=0.5)), joints=1)
+    found = np.array([run(block, np.zeros((200, 1)), seed=seed)[0].std() for seed in range(400)])
+    assert np.log(found).std() == pytest.approx(0.5, rel=0.15)
+    assert np.mean(found**2) == pytest.approx(1.0, rel=0.35)
+
+
 def test_before_any_truth_it_says_so():
     block, tick = ErrorReplay(process=process(), joints=2), Tick()
     nothing = Sample(np.zeros(2), NEVER, NEVER, NEVER)

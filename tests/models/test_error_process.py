@@ -9,6 +9,7 @@ from fesloop.errors import InputError
 from fesloop.forms.schema import make
 from fesloop.loop.duration import Duration
 from fesloop.models.error_process import ErrorProcess, ErrorSeries
+from fesloop.models.error_steps import QUICK_RATE, RISE
 
 HINGES = tuple(ErrorSeries(name=name, moved=moved, bias_deg=1.23456789, fast_deg=0.5, fast_s=0.2)
                for name, moved in (("a-b.x", True), ("a-b.y", False), ("b-c.y", True), ("c-d.x", True),
@@ -32,6 +33,15 @@ def test_a_file_gives_the_process_back_to_six_digits(tmp_path):
     assert back.names == ("a-b.x", "a-b.y")
 
 
+def test_files_without_an_oscillation_and_a_second_time_constant_are_read_as_before(tmp_path):
+    path = tmp_path / "error.toml"
+    path.write_text('format = "fesloop error process 1"\n[series."a.x"]\nslow_deg = 1.0\nslow_s = 2.0\n'
+                    "smooth = true\nfast_deg = 0.5\nfast_s = 0.1\nquick_deg = 0.1\n")
+    series, = make(ErrorProcess, ErrorProcess.file_tables(path), {}, "process").series
+    assert series.row()[RISE] == 2.0
+    assert (series.quick_hz, series.row()[QUICK_RATE]) == (0.0, 0.0)
+
+
 def test_a_rounded_correlation_of_many_stays_one(tmp_path):
     common = np.random.default_rng(0).standard_normal((12, 2))
     matrix = np.corrcoef(common @ np.random.default_rng(1).standard_normal((2, 500)))
@@ -51,6 +61,7 @@ def test_hinges_come_first():
 @pytest.mark.parametrize(("change", "told"), [
     ({"fast_deg": -1.0}, "fast_deg: -1.0"), ({"slow_deg": 1.0}, "slow_s: 0.0 with a slow_deg"),
     ({"smooth": True}, "slow_s: 0.0 of a smooth part"), ({"bias_deg": float("nan")}, "bias_deg: nan"),
+    ({"quick_hz": 9.0}, "quick_s: 0.0 with a quick_hz"), ({"rise_s": -1.0}, "rise_s: -1"),
     ({"angle_deg": (5.0, 10.0)}, "angle_deg")])
 def test_series_refuse_what_is_none(change, told):
     with pytest.raises(InputError, match=told):

@@ -91,8 +91,8 @@ def test_the_wrist_errs_as_the_process_says(recordings):
 
 
 def test_what_estimates_lead_by_is_told_in_ms(recordings, monkeypatch):
-    def leading(record):
-        fit = fit_series(record)
+    def leading(*records):
+        fit = fit_series(*records)
         return replace(fit, series=replace(fit.series, lead_s=0.012))
 
     monkeypatch.setattr(fitting, "fit_series", leading)
@@ -125,6 +125,41 @@ def test_the_command_writes_a_file_that_a_loop_takes(recordings, tmp_path, capsy
     assert numbers < 25
     result = fesloop.load("hil_error_replay", [f"error={target}"]).run(tmp_path)
     assert result.metrics["tracker_rmse_deg"][0] > 0.2
+
+
+@pytest.fixture(scope="module")
+def twice(tmp_path_factory):
+    """Runs of one simulated finger with other constant errors of the tracker."""
+    folder = tmp_path_factory.mktemp("runs")
+    settings = ["noise_deg=0.4", "experiment.duration_s=12"]
+    return [str(fesloop.load("finger_control", [*settings, f"bias_deg={bias}"], seed).run(folder).recording)
+            for seed, bias in ((1, 2.0), (2, -1.0))]
+
+
+@pytest.mark.slow
+def test_one_process_of_two_runs_says_how_they_differ(twice, tmp_path, capsys):
+    target = tmp_path / "error.toml"
+    assert main(["fit-error", *twice, str(target), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["recordings"]) == 2
+    assert [each["recording"] for each in told["angles"]] == [1, 1, 1, 2, 2, 2]
+    assert [each["angle"] for each in told["differences"]] == ["MCP", "PIP", "DIP"]
+    for each in told["differences"]:
+        np.testing.assert_allclose(each["bias_deg"], [2.0, -1.0], atol=0.1)
+        np.testing.assert_allclose(each["random_deg"], 0.4, rtol=0.15)
+    series = tomllib.loads(target.read_text())["series"]["MCP"]
+    assert series["bias_deg"] == pytest.approx(0.5, abs=0.1)
+    assert series["bias_sd_deg"] == pytest.approx(3.0 / np.sqrt(2.0), abs=0.1)
+    assert main(["fit-error", *twice, str(tmp_path / "again.toml")]) == 0
+    shown = capsys.readouterr().err
+    assert "recording by recording" in shown
+    assert "2: MCP" in shown
+
+
+def test_recordings_of_other_joints_are_refused(recordings):
+    with pytest.raises(InputError, match="have no angle in common"):
+        fit_error(*(str(recordings / name) for name in ("wrist/circle-250.npz", "chain5/trial1.npz")),
+                  settings=("tracker=vqf",))
 
 
 def test_the_command_says_what_is_wrong(tmp_path, capsys):

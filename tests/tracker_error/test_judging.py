@@ -1,10 +1,12 @@
 """Judgements of processes that are right, and of ones that are wrong: about 15 s."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fesloop.analysis.tracker_error.error_record import ErrorRecord, autocorrelation, independent_values
-from fesloop.analysis.tracker_error.judging import judge, whole_band
+from fesloop.analysis.tracker_error.judging import increment_steps, judge, rms_increments, whole_band
 from fesloop.analysis.tracker_error.series_fit import SeriesFit
 from fesloop.models.error_process import ErrorSeries
 from fesloop.models.error_steps import DRAWS, ensemble
@@ -51,6 +53,49 @@ def test_rmse_is_off_by_as_much_as_the_process_is():
         assert right.halves_differ == 0.0
     assert right.process_deg == pytest.approx(np.sqrt(0.25 + 1.0 + 0.25), rel=0.02)
     assert right.process_low_deg < right.process_deg < right.process_high_deg
+
+
+def test_increments_are_those_of_theory():
+    """Over a time t an Ornstein-Uhlenbeck process changes by the root of 2 (1 - exp(-t / its time))."""
+    found = judged(TRUE, 0)
+    t = found.increment_times_s
+    np.testing.assert_allclose(t, [0.05, 0.1, 0.2, 0.5])
+    exact = np.sqrt(2.0 * (1.0 - np.exp(-t / 0.8)) + 0.5 * (1.0 - np.exp(-t / 0.1)))
+    np.testing.assert_allclose(found.process_increments_deg, exact, rtol=0.02)
+    np.testing.assert_allclose(found.increments_deg, exact, rtol=0.25)
+    assert np.mean([judged(TRUE, seed).increments_hold for seed in range(5)]) >= 0.6
+
+
+def test_a_process_that_is_too_smooth_has_too_small_increments():
+    """Of the same size, with the same slow part."""
+    smooth = ErrorSeries(name="a", bias_deg=0.5, slow_deg=np.sqrt(1.25), slow_s=0.8, smooth=True)
+    for seed in range(3):
+        wrong = judged(smooth, seed)
+        assert not wrong.increments_hold
+        assert (wrong.increments_off[:2] < -0.5).all()
+
+
+def test_increments_skip_gaps_and_times_without_pairs():
+    errors = np.arange(40.0)[np.newaxis] ** 2
+    known = np.zeros(40, dtype=bool)
+    known[[0, 1, 2, 30, 31]] = True
+    wild = np.where(known, errors, 1e9)
+    np.testing.assert_allclose(rms_increments(wild, known, np.array([1, 2])),
+                               [[np.sqrt((1.0 + 9.0 + 61.0**2) / 3.0), 4.0]])
+    gappy = ErrorRecord(name="a", moved=True, times_s=np.arange(40) / 20.0,
+                        error=np.where(known, errors[0], np.nan), angle=np.zeros(40), rate=np.zeros(40))
+    np.testing.assert_array_equal(increment_steps(gappy), [1, 2])
+
+
+def test_constant_parts_of_other_recordings_widen_the_runs():
+    alone, wide = judged(TRUE, 0), judged(replace(TRUE, bias_sd_deg=2.0), 0)
+    assert wide.process_deg == pytest.approx(np.sqrt(1.5 + 4.0), rel=0.05)
+    spreads = [each.process_high_deg - each.process_low_deg for each in (alone, wide)]
+    assert spreads[1] > 3.0 * spreads[0]
+    np.testing.assert_allclose(wide.process_increments_deg, alone.process_increments_deg)
+    sized = judged(replace(TRUE, size_sd=0.5), 0)
+    assert sized.process_deg == pytest.approx(alone.process_deg, rel=0.1)
+    assert sized.process_high_deg - sized.process_low_deg > 2.0 * spreads[0]
 
 
 def test_judgements_repeat():

@@ -45,7 +45,7 @@ def test_time_constant_and_size_of_one_part_are_found():
 def test_an_error_of_one_part_is_fitted_by_one():
     """More parts always fit better; the criterion weighs that against their parameters."""
     fit = fit_series(made(ErrorSeries(name="a", fast_deg=1.5, fast_s=0.4), 1)).series
-    assert (fit.slow_deg, fit.speed_s, fit.smooth) == (0.0, 0.0, False)
+    assert (fit.slow_deg, fit.speed_s, fit.smooth, fit.quick_hz) == (0.0, 0.0, False, 0.0)
 
 
 @pytest.mark.slow
@@ -76,6 +76,70 @@ def test_a_part_with_a_derivative_is_known_for_one():
     fits = [fit_series(made(series, seed)).series for seed in range(2)]
     assert sum(fit.smooth for fit in fits) == 2
     assert np.median([fit.slow_s for fit in fits if fit.smooth]) == pytest.approx(0.6, rel=0.25)
+
+
+@pytest.mark.slow
+def test_an_oscillation_is_found_with_its_frequency():
+    series = ErrorSeries(name="a", fast_deg=1.0, fast_s=0.5, quick_deg=0.5, quick_s=0.15, quick_hz=9.0)
+    fits = [fit_series(made(series, seed)).series for seed in range(3)]
+    assert np.median([fit.quick_hz for fit in fits]) == pytest.approx(9.0, abs=0.7)
+    assert np.median([fit.quick_s for fit in fits]) == pytest.approx(0.15, rel=0.3)
+    assert np.median([fit.quick_deg for fit in fits]) == pytest.approx(0.5, rel=0.15)
+
+
+@pytest.mark.slow
+def test_increments_of_a_fit_are_those_of_the_truth():
+    """A smooth start of the increments, and a walk after that: two time constants."""
+    series = ErrorSeries(name="a", slow_deg=1.5, slow_s=0.4, smooth=True, rise_s=0.05)
+    angle, rate = moving(0)
+    steps = np.full(TIMES.size, 1.0 / RATE)
+    draws = np.random.default_rng(9).standard_normal((40, DRAWS, TIMES.size))
+    for seed in range(2):
+        fit = fit_series(made(series, seed)).series
+        for lag in (1, 2, 4, 15):
+            found, true = (np.std(runs[:, lag:] - runs[:, :-lag]) for runs in (
+                ensemble(each.row(), angle, rate, steps, draws) for each in (fit, series)))
+            assert found == pytest.approx(true, rel=0.12)
+
+
+@pytest.mark.slow
+def test_several_recordings_have_one_process_and_a_constant_each():
+    """Means within three standard errors: a lead and the noise are common, constants are not."""
+    common = {"lead_s": 0.03, "fast_deg": 0.8, "fast_s": 0.3}
+    biases = (-2.0, 0.5, 3.0)
+    records = [made(ErrorSeries(name="a", bias_deg=bias, **common), seed) for seed, bias in enumerate(biases)]
+    fit = fit_series(*records)
+    np.testing.assert_allclose(fit.biases_deg, biases, atol=0.3)
+    assert fit.series.bias_deg == pytest.approx(np.mean(fit.biases_deg))
+    assert fit.series.bias_sd_deg == pytest.approx(np.std(fit.biases_deg, ddof=1))
+    assert fit.series.lead_s == pytest.approx(0.03, abs=0.004)
+    assert size(fit.series) == pytest.approx(0.8, rel=0.1)
+    assert fit.innovations.size == 3 * TIMES.size
+    assert fit_series(records[0]).series.bias_sd_deg == 0.0
+
+
+@pytest.mark.slow
+def test_recordings_of_other_sizes_have_common_time_constants():
+    records = [made(ErrorSeries(name="a", fast_deg=size, fast_s=0.3), seed)
+               for seed, size in enumerate((0.5, 1.0, 2.0))]
+    fit = fit_series(*records).series
+    assert fit.size_sd == pytest.approx(np.log(2.0), rel=0.15)
+    assert size(fit) == pytest.approx(np.sqrt((0.25 + 1.0 + 4.0) / 3.0), rel=0.15)
+    assert correlated(fit, 0.3) == pytest.approx(np.exp(-1.0), abs=0.1)
+
+
+@pytest.mark.slow
+def test_recordings_of_other_rates_are_fitted_together():
+    """Of the same process; the second one at four times the rate."""
+    series = ErrorSeries(name="a", fast_deg=1.0, fast_s=0.4)
+    times = np.arange(4 * TIMES.size) / (4.0 * RATE)
+    still, steps = np.zeros(times.size), np.full(times.size, 1.0 / (4.0 * RATE))
+    draws = np.random.default_rng(11).standard_normal((1, DRAWS, times.size))
+    fine = ErrorRecord(name="a", moved=True, times_s=times, angle=still, rate=still,
+                       error=ensemble(series.row(), still, still, steps, draws)[0])
+    fit = fit_series(made(series, 3), fine).series
+    assert size(fit) == pytest.approx(1.0, rel=0.2)
+    assert correlated(fit, 0.4) == pytest.approx(np.exp(-1.0), abs=0.15)
 
 
 @pytest.mark.slow

@@ -1,10 +1,10 @@
-"""Fits a tracker's error process to one half of a recording, and judges it by the other half."""
+"""Fits a tracker's error process to one half of recordings, and judges it by the other halves."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fesloop.analysis.tracker_error.error_record import ErrorRecord
 from fesloop.analysis.tracker_error.judging import Judgement, judge
 from fesloop.analysis.tracker_error.measured_errors import MeasuredErrors, measured_errors
-from fesloop.analysis.tracker_error.series_fit import FEWEST, fit_series
+from fesloop.analysis.tracker_error.series_fit import FEWEST, SeriesFit, fit_series
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording, Signal
@@ -25,6 +25,7 @@ from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.wire import least_burst
 from fesloop.models.correlation import correlation_of
 from fesloop.models.error_process import ErrorProcess
+from fesloop.models.error_steps import along
 from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.formats.published import CHAIN5
 from fesloop.streams.motion_file import FORMAT as MOTION
@@ -86,14 +87,34 @@ PLAYER = "hil_replay"
 Progress = Callable[[float], None]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Differences:
+    """Parts of an angle's error in the first half of each of several recordings.
+
+    Attributes
+    ----------
+    angle: its name.
+    bias_deg: constant parts. lead_ms: leads of the estimates, of regressions of their own.
+    random_deg: RMS of the rest, once the process's constant part and what follows from the motion are
+        subtracted.
+    """
+
+    angle: str
+    bias_deg: tuple[float, ...]
+    lead_ms: tuple[float, ...]
+    random_deg: tuple[float, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FittedError:
     """An error process and its judgements.
 
     Attributes
     ----------
-    process: fitted on the first half of the recording.
-    judgements: on the second half, one per angle.
+    process: fitted on the first halves of the recordings.
+    recordings: recordings and their trackers, in words.
+    judgements: on the second half of each recording, in turn, one per angle.
+    differences: of each angle between recordings; empty for one recording.
     too_slow: angles whose error changes too slowly to be estimated from the fitted half.
     left_out: angles with too few known errors in either half.
     ahead_ms: median `lead_s` of the moved angles; negative where the estimates lag. No tracker leads by more
@@ -106,7 +127,9 @@ class FittedError:
     """
 
     process: ErrorProcess
+    recordings: tuple[str, ...]
     judgements: tuple[Judgement, ...]
+    differences: tuple[Differences, ...]
     too_slow: tuple[str, ...]
     left_out: tuple[str, ...]
     ahead_ms: float
@@ -118,24 +141,27 @@ class FittedError:
 
     def report(self) -> dict[str, Any]:
         """The fit as plain tables."""
-        return {"source": self.process.source, "fitted_s": self.fitted_s, "judged_s": self.judged_s,
-                "from_s": self.from_s,
+        each = len(self.judgements) // len(self.recordings)
+        angles = [{"recording": number // each + 1, **judgement.as_table()}
+                  for number, judgement in enumerate(self.judgements)]
+        return {"source": self.process.source, "recordings": list(self.recordings),
+                "fitted_s": self.fitted_s, "judged_s": self.judged_s, "from_s": self.from_s,
                 "ahead_ms": self.ahead_ms, "half_sample_ms": self.half_sample_ms,
                 "recorded_reference": self.recorded_reference,
                 "age_ms": self.process.age_ms, "loss": self.process.loss,
-                "angles": [judgement.as_table() for judgement in self.judgements],
+                "angles": angles, "differences": [asdict(each) for each in self.differences],
                 "too_slow_to_tell": list(self.too_slow), "left_out": list(self.left_out)}
 
 
-def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: float = 0.0, seed: int = 0,
+def fit_error(*paths: str, settings: tuple[str, ...] = (), reference_late_ms: float = 0.0, seed: int = 0,
               progress: Progress | None = None) -> FittedError:
     """Fit the error process of a tracker.
 
     Parameters
     ----------
-    path: a run (.h5) that scores a tracker against a reference or a truth; or a recording of inertial sensors
-        with a reference, which `hil_replay` then plays.
-    settings: of that run, "KEY=VALUE" each, such as "tracker=vqf". The default tracker is that of
+    paths: runs (.h5) that score a tracker against a reference or a truth; or recordings of inertial sensors
+        with a reference, which `hil_replay` then plays. One process is fitted to all of them.
+    settings: of these runs, "KEY=VALUE" each, such as "tracker=vqf". The default tracker is that of
         `hil_replay`, or `constrained` for the sensors of chain5, whose joints are known.
     reference_late_ms: delay of the stamps of the recording's reference: see `FittedError`.
     seed: of the runs of the process by which it is judged.
@@ -146,15 +172,20 @@ def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: f
     if not math.isfinite(reference_late_ms):
         raise InputError("--reference-late", f"{reference_late_ms}", "a finite number of ms")
     late_ns = round(reference_late_ms * NS_PER_MS)
+    return fit_measured(*(_measured(path, settings, late_ns) for path in paths), seed=seed, progress=progress)
+
+
+def _measured(path: str, settings: tuple[str, ...], late_ns: int) -> MeasuredErrors:
+    """Errors in a run, or in a recording that is played."""
     if _is_run(path):
         if settings:
             raise InputError(f"--set {settings[0]}", f"is given for {path}, which is a finished run",
                              "settings for a recording of sensors only")
         with Recording(path) as recording:
-            return fit_measured(measured_errors(recording, late_ns), seed, progress)
+            return measured_errors(recording, late_ns)
     with (TemporaryDirectory() as folder,
           Recording(player(path, settings).run(folder).recording) as recording):
-        return fit_measured(measured_errors(recording, late_ns), seed, progress)
+        return measured_errors(recording, late_ns)
 
 
 def player(path: str, settings: tuple[str, ...]) -> Experiment:
@@ -178,38 +209,86 @@ def _is_run(path: str) -> bool:
         return True
 
 
-def fit_measured(measured: MeasuredErrors, seed: int = 0, progress: Progress | None = None) -> FittedError:
-    """Fit a process to the first half of measured errors, and judge it by the second."""
-    cut_s = measured.cut_s
-    halves = [(record.part(-float("inf"), cut_s), record.part(cut_s, float("inf")))
-              for record in measured.records]
-    enough = [pair for pair in halves if min(int(half.known.sum()) for half in pair) >= FEWEST]
+def fit_measured(*measured: MeasuredErrors, seed: int = 0, progress: Progress | None = None) -> FittedError:
+    """Fit a process to the first halves of measured errors, and judge it by the second ones.
+
+    Raises InputError where no angle has enough known errors in both halves of each recording.
+    """
+    records = [{record.name: record for record in each.records} for each in measured]
+    names = list(dict.fromkeys(name for some in records for name in some))
+    halves = {name: [_halves(some[name], each.cut_s) for some, each in zip(records, measured, strict=True)]
+              for name in names if all(name in some for some in records)}
+    sources = tuple(each.source for each in measured)
+    if not halves:
+        raise InputError(", ".join(sources), "have no angle in common", "recordings of the same joints")
+    enough = {name: pairs for name, pairs in halves.items()
+              if min(int(half.known.sum()) for pair in pairs for half in pair) >= FEWEST}
     if not enough:
-        raise InputError(measured.source, f"no angle has {FEWEST} known errors in both halves",
+        raise InputError(", ".join(sources), f"no angle has {FEWEST} known errors in both halves",
                          "a longer recording with a reference")
     fits = []
-    for number, (first, _) in enumerate(enough):
-        fits.append(fit_series(first))
+    for number, pairs in enumerate(enough.values()):
+        fits.append(fit_series(*(first for first, _ in pairs)))
         if progress is not None:
             progress((number + 1) / len(enough))
-    times = message_times(measured.estimates, measured.lost, round(cut_s * NS_PER_S))
+    times = _pooled([message_times(each.estimates, each.lost, round(each.cut_s * NS_PER_S))
+                     for each in measured])
     matrix = correlation_of([fit.innovations for fit in fits])
     process = ErrorProcess(
         series=tuple(fit.series for fit in fits), correlation=tuple(map(tuple, matrix.tolist())),
         age_ms=times.age_ms, jitter=times.jitter, loss=times.loss, burst_messages=times.burst_messages,
-        source=measured.source)
-    judgements = tuple(judge(fit, first, second, seed)
-                       for fit, (first, second) in zip(fits, enough, strict=True))
+        source="; ".join(sources))
+    judgements = tuple(judge(fit, *pairs[number], seed) for number in range(len(measured))
+                       for fit, pairs in zip(fits, enough.values(), strict=True))
     leads = [fit.series.lead_s for fit in fits if fit.series.moved]
-    kept = {fit.series.name for fit in fits}
     return FittedError(
-        process=process, judgements=judgements, ahead_ms=1e3 * float(np.median(leads)) if leads else 0.0,
-        half_sample_ms=0.5 * sample_ms(measured.estimates), recorded_reference=measured.recorded,
-        fitted_s=_length(enough, 0), judged_s=_length(enough, 1), from_s=float(enough[0][0].times_s[0]),
+        process=process, recordings=sources, judgements=judgements,
+        differences=tuple(map(_differences, fits, enough.values())) if len(measured) > 1 else (),
+        ahead_ms=1e3 * float(np.median(leads)) if leads else 0.0,
+        half_sample_ms=0.5 * float(np.median([sample_ms(each.estimates) for each in measured])),
+        recorded_reference=any(each.recorded for each in measured),
+        fitted_s=_length(enough, 0), judged_s=_length(enough, 1),
+        from_s=float(next(iter(enough.values()))[0][0].times_s[0]),
         too_slow=tuple(fit.series.name for fit in fits if fit.too_slow),
-        left_out=tuple(record.name for record in measured.records if record.name not in kept))
+        left_out=tuple(name for name in names if name not in enough))
 
 
-def _length(halves: list[tuple[ErrorRecord, ErrorRecord]], which: int) -> float:
-    times = halves[0][which].times_s
-    return float(times[-1] - times[0])
+Halves = tuple[ErrorRecord, ErrorRecord]
+
+
+def _halves(record: ErrorRecord, cut_s: float) -> Halves:
+    return record.part(-float("inf"), cut_s), record.part(cut_s, float("inf"))
+
+
+def _differences(fit: SeriesFit, pairs: list[Halves]) -> Differences:
+    """Parts of an angle's error in each first half."""
+    leads, rests = [], []
+    row = replace(fit.series, bias_deg=0.0).row()
+    for (first, _), bias_deg in zip(pairs, fit.biases_deg, strict=True):
+        known = first.known
+        rest = first.error - along(row, first.angle, first.rate) - math.radians(bias_deg)
+        rests.append(math.degrees(float(np.sqrt(np.mean(np.square(rest[known]))))))
+        design = np.stack([np.ones(known.sum()), first.angle[known], first.rate[known]], axis=1)
+        leads.append(1e3 * float(np.linalg.lstsq(design, first.error[known], rcond=None)[0][2]))
+    return Differences(angle=fit.series.name, bias_deg=fit.biases_deg, lead_ms=tuple(leads),
+                       random_deg=tuple(rests))
+
+
+def _pooled(times: list[MessageTimes]) -> MessageTimes:
+    """Age and loss of the messages of several recordings, each with the same weight."""
+    if len(times) == 1:
+        return times[0]
+    least = min(each.age_ms for each in times)
+    mean = float(np.mean([each.age_ms + (each.jitter.mean_ms or 0.0) for each in times])) - least
+    high = max(each.age_ms + (each.jitter.high_ms or 0.0) for each in times) - least
+    lossy = [each.burst_messages for each in times if each.burst_messages]
+    loss = float(np.mean([each.loss for each in times]))
+    return MessageTimes(
+        age_ms=least, loss=loss,
+        burst_messages=max(float(np.mean(lossy)), least_burst(loss)) if lossy else 0.0,
+        jitter=Duration(kind="exponential", mean_ms=mean, high_ms=high) if mean > 0.0 else ZERO)
+
+
+def _length(halves: Mapping[str, list[Halves]], which: int) -> float:
+    """Sum of the lengths of one half of each recording, s."""
+    return sum(float(np.ptp(pair[which].times_s)) for pair in next(iter(halves.values())))

@@ -13,13 +13,13 @@ _AHEAD_MS = 1.0
 
 
 def execute(args: Namespace) -> int:
-    """Fit a tracker's error process to the first half of a recording; print how it predicts the second."""
+    """Fit a tracker's error process to first halves of recordings; print how it predicts the second ones."""
     from fesloop.analysis.tracker_error.fitting import fit_error
 
     path = free_target(args.target, args.target)
     settings = tuple(args.settings) + ((f"tracker={args.tracker}",) if args.tracker else ())
-    with progress_bar(f"fit-error {args.recording}") as bar:
-        found = fit_error(args.recording, settings=settings, reference_late_ms=args.reference_late,
+    with progress_bar(f"fit-error {' '.join(args.recordings)}") as bar:
+        found = fit_error(*args.recordings, settings=settings, reference_late_ms=args.reference_late,
                           seed=args.seed or 0, progress=bar)
     found.process.save(path)
     print_made("process", path, found.report(), _print, as_json=args.json)
@@ -27,16 +27,24 @@ def execute(args: Namespace) -> int:
 
 
 def _print(report: dict[str, Any]) -> None:
-    rows = [[angle["angle"], "yes" if angle["moved"] else "", f"{angle['rmse_fitted_deg']:.2f}",
-             f"{angle['rmse_measured_deg']:.2f}", f"{angle['rmse_process_deg']:.2f}",
+    several = len(report["recordings"]) > 1
+    rows = [[f"{angle['recording']}: {angle['angle']}" if several else angle["angle"],
+             "yes" if angle["moved"] else "", f"{angle['rmse_fitted_deg']:.2f}",
+             f"{angle['rmse_measured_deg']:.2f}", _process(angle, several),
              _yes(angle["rmse_within_15_percent"]), _yes(angle["autocorrelation_in_band"]),
-             f"{100.0 * angle['lags_in_band_share']:.0f}"] for angle in report["angles"]]
+             f"{100.0 * angle['lags_in_band_share']:.0f}", _increments(angle["increments"])]
+            for angle in report["angles"]]
     print_table(
         f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s "
         f"from {report['from_s']:.3g} s on, compared with the "
         f"{report['judged_s']:.3g} s after", [
             "angle", "moved", "first half", "second half", "process there", "within 15 %",
-            "autocorrelation in band", "lags %"], rows, sys.stderr)
+            "autocorrelation in band", "lags %", "increments"], rows, sys.stderr)
+    if several:
+        _print_differences(report)
+    times_s = report["angles"][0]["increments"]["times_s"]
+    print("increments: that of the process less the measured one, over "
+          f"{', '.join(f'{time:.2g}' for time in times_s)} s, %", file=sys.stderr)
     print(f"age {report['age_ms']:g} ms at least, {100.0 * report['loss']:.3g} % lost", file=sys.stderr)
     if shift := delay_text(report["ahead_ms"], report["half_sample_ms"], report["recorded_reference"]):
         print(shift, file=sys.stderr)
@@ -66,6 +74,29 @@ def delay_text(ahead_ms: float, half_sample_ms: float, recorded: bool) -> str:
     if late_ms <= _AHEAD_MS:
         return f"{shift}: {own}; with any other tracker the reference's stamps are late by that"
     return f"{shift}: {own}; the rest means that the reference's stamps are late; {takes}"
+
+
+def _process(angle: dict[str, Any], several: bool) -> str:
+    """RMSE of the process; with its 95 % range where recordings differ."""
+    low, high = angle["rmse_process_95_deg"]
+    return f"{angle['rmse_process_deg']:.2f}" + (f" ({low:.2f}-{high:.2f})" if several else "")
+
+
+def _print_differences(report: dict[str, Any]) -> None:
+    """Parts of each angle's error, recording by recording."""
+    for number, name in enumerate(report["recordings"], 1):
+        print(f"{number}: {name}", file=sys.stderr)
+    rows = [[each["angle"], *(" ".join(f"{value:.{digits}f}" for value in each[key]) for key, digits in (
+        ("bias_deg", 2), ("lead_ms", 0), ("random_deg", 2)))] for each in report["differences"]]
+    print_table("first halves, recording by recording", ["angle", "bias, deg", "lead, ms", "random, deg"],
+                rows, sys.stderr)
+
+
+def _increments(found: dict[str, Any]) -> str:
+    """Relative differences of increments, and whether all hold."""
+    pairs = zip(found["process_deg"], found["measured_deg"], strict=True)
+    return " ".join(f"{100.0 * (process / measured - 1.0):+.0f}" for process, measured in pairs) + (
+        "" if found["within_15_percent"] else " NO")
 
 
 def _yes(holds: bool) -> str:

@@ -296,9 +296,10 @@ def _add_stream(commands: _Commands[argparse.ArgumentParser]) -> None:
 def _add_fit_error(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("fit-error", help="fit a tracker's error process to a recording with a "
                                   "reference")
-    command.add_argument("recording", metavar="RUN-OR-RECORDING", help="a run (.h5) whose tracker is scored "
-                         "against a reference or the truth, or a recording with a reference, to be played "
-                         "through hil_replay")
+    command.add_argument("recordings", metavar="RUN-OR-RECORDING", nargs="+",
+                         help="a run (.h5) whose tracker is scored against a reference or the truth, or a "
+                         "recording with a reference, to be played through hil_replay; several have one "
+                         "process")
     command.add_argument("target", metavar="TARGET.toml", help="the file of the process")
     command.add_argument("--tracker", metavar="KIND", default="",
                          help="for a recording: its tracker (default: that of hil_replay; constrained for "

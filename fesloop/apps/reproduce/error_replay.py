@@ -4,7 +4,8 @@ Every recording of the folders `wrist` and `chain5` under FESLOOP_RECORDINGS pla
 (`hil_replay`); the error of each angle is fitted as a process to the first half and compared with the second
 (`fesloop.analysis.tracker_error.judging`). For relative orientations, the mean squares of the three
 components are added. The table also shows what was measured in both halves, since a stationary process cannot
-predict a change.
+predict a change. Each joint of each sensor set counts as a recording: the shares of its angles that hold are
+given as ranges over recordings. (`broad` has one sensor, thus no joint.)
 
 Each process is then used on the simulated finger of `hil_error_replay`, and compared with an ideal tracker.
 
@@ -34,6 +35,8 @@ VARIABLE = "FESLOOP_RECORDINGS"
 LOOP = "hil_error_replay"
 SUBJECTS = 10
 CONTROLS = ("mpc", "pid")
+CRITERIA = ("RMSE within 15 %", "autocorrelation in the 95 % band", "increments within 15 %")
+Shares = tuple[float, ...]
 _LEAST_MS = 1.0
 """Least offset of the reference's clock that is fitted separately (chosen)."""
 
@@ -46,6 +49,7 @@ class Source:
     ----------
     path: of the recording. folder: of its set. tracker, sensor_set: as in `hil_replay`.
     put_right: whether the reference's stamps are first corrected by the delay that the fit finds.
+    drifts: whether the tracker's heading drifts without bound, which no stationary process can predict.
     seeds: of the closed loops.
     """
 
@@ -54,6 +58,7 @@ class Source:
     tracker: str
     sensor_set: str = ""
     put_right: bool = False
+    drifts: bool = False
     seeds: tuple[int, ...] = ()
 
     @property
@@ -100,10 +105,9 @@ def sources(seeds: tuple[int, ...]) -> list[Source]:
     found = [Source(str(path), "wrist", "vqf", seeds=seeds) for path in wrists]
     for path in chains:
         for sensor_set in ("rigid", "nonrigid"):
-            found += [Source(str(path), "chain5", "constrained", sensor_set, put_right, seeds)
+            found += [Source(str(path), "chain5", "constrained", sensor_set, put_right, seeds=seeds)
                       for put_right in (False, True)]
-        # Its headings drift without bound, which a stationary process cannot predict.
-        found.append(Source(str(path), "chain5", "vqf", "rigid", seeds=seeds))
+        found.append(Source(str(path), "chain5", "vqf", "rigid", drifts=True, seeds=seeds))
     return found
 
 
@@ -116,9 +120,14 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
         ideal = {control: closed_loop(control, 1, Path(folder), None)[0] for control in CONTROLS}
     rows: list[Row] = []
     loops = []
+    stationary: dict[str, Shares] = {}
+    drifting: dict[str, Shares] = {}
     for source in asked:
         found = kept[source.key]
-        rows += rows_of(source.name, found["report"]["angles"])
+        angles = found["report"]["angles"]
+        rows += rows_of(source.name, angles)
+        if not source.put_right:
+            (drifting if source.drifts else stationary).update(shares_of_recordings(source.name, angles))
         for control in CONTROLS:
             errors = np.array(found["loops"][control])
             loops.append((f"{source.name}, {control}",
@@ -127,11 +136,19 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
     sweep = Sweep(title=f"{LOOP}: error of the finger's joints with an ideal tracker and with the process, "
                   f"{subjects} seeds", unit="deg",
                   columns=("ideal", "error replay", "least", "greatest", "tracker"), rows=tuple(loops))
-    return Reproduction("error_replay", subjects, rows, sweeps={"closed_loop": sweep, "shares": shares(rows)})
+    sweeps = {}
+    for name, title, recordings in (("ranges", "trackers without drift", stationary),
+                                    ("ranges_drifting", "a tracker whose headings drift", drifting)):
+        if recordings:
+            sweeps[name] = ranges(recordings, title)
+    each = Sweep(title="share of the angles of each recording that holds", unit="%", columns=CRITERIA,
+                 rows=tuple({**stationary, **drifting}.items()))
+    sweeps |= {"recordings": each, "shares": shares(rows), "closed_loop": sweep}
+    return Reproduction("error_replay", subjects, rows, sweeps=sweeps)
 
 
 def rows_of(name: str, angles: list[dict[str, Any]]) -> list[Row]:
-    """Rows of RMSE and autocorrelation of each angle, and of the total error of each pair of segments."""
+    """Rows of each angle's RMSE, autocorrelation and increments, and of each relative orientation's RMSE."""
     rows = []
     for angle in angles:
         label = angle["angle"] + ("" if angle["moved"] else " (not moved)")
@@ -139,6 +156,7 @@ def rows_of(name: str, angles: list[dict[str, Any]]) -> list[Row]:
         rows.append(Row(f"{name}: autocorrelation", label, "in the 95 % band",
                         f"{100.0 * angle['lags_in_band_share']:.0f} % of the lags",
                         angle["autocorrelation_in_band"]))
+        rows.append(_increments_row(name, label, angle["increments"]))
     pairs: dict[str, list[dict[str, Any]]] = {}
     for angle in angles:
         pairs.setdefault(angle["angle"].rpartition(".")[0], []).append(angle)
@@ -153,6 +171,36 @@ def _rmse_row(name: str, label: str, parts: list[dict[str, Any]]) -> Row:
     return Row(f"{name}: RMSE", label, f"{second:.2f} (first half {first:.2f})",
                f"{process:.2f}, {100.0 * (process / second - 1.0):+.0f} %",
                bool(abs(process / second - 1.0) <= WITHIN), "deg")
+
+
+def _increments_row(name: str, label: str, found: dict[str, Any]) -> Row:
+    """Row of the RMS changes of the error over short times."""
+    measured, process = np.array(found["measured_deg"]), np.array(found["process_deg"])
+    off = " ".join(f"{each:+.0f}" for each in 100.0 * (process / measured - 1.0))
+    theirs = ", ".join(f"{each:.2f}" for each in measured)
+    times = ", ".join(f"{time:.2g}" for time in found["times_s"])
+    return Row(f"{name}: increments", label, f"{theirs} over {times} s", f"{off} %",
+               bool(found["within_15_percent"]), "deg")
+
+
+def shares_of_recordings(name: str, angles: list[dict[str, Any]]) -> dict[str, Shares]:
+    """Shares of the angles of each pair of segments, %, that hold by each of `CRITERIA`."""
+    pairs: dict[str, list[list[bool]]] = {}
+    for angle in angles:
+        held = [abs(angle["rmse_process_deg"] / angle["rmse_measured_deg"] - 1.0) <= WITHIN,
+                angle["autocorrelation_in_band"], angle["increments"]["within_15_percent"]]
+        pairs.setdefault(angle["angle"].rpartition(".")[0], []).append(held)
+    return {f"{name} {pair}": tuple((100.0 * np.mean(held, axis=0)).tolist()) for pair, held in pairs.items()}
+
+
+def ranges(recordings: dict[str, Shares], title: str) -> Sweep:
+    """Least, median and greatest share over recordings."""
+    rows = []
+    for criterion, values in zip(CRITERIA, zip(*recordings.values(), strict=True), strict=True):
+        rows.append((criterion, (float(min(values)), float(np.median(values)), float(max(values)),
+                                 float(np.mean(values)))))
+    return Sweep(title=f"{title}, {len(recordings)} recordings: share of the angles that holds", unit="%",
+                 columns=("least", "median", "greatest", "mean"), rows=tuple(rows))
 
 
 def shares(rows: list[Row]) -> Sweep:
