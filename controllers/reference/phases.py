@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
@@ -176,7 +176,7 @@ class GraspPhases:
     def outputs(self) -> tuple[Port, ...]:
         """`angles`, `phase`, and `preview` if there is one."""
         angles, *ahead = reference_ports(self.course(np.zeros(len(self.rows))), self.preview)
-        return angles, Port("phase"), *ahead
+        return replace(angles, rows=self.rows), Port("phase"), *ahead
 
     def init(self, context: Context) -> PhasesState:
         """State before any measurement."""

@@ -28,7 +28,8 @@ from fesloop.hand.skeleton import hand_tree
 
 Array = NDArray[np.float64]
 MovementName = Literal["wrist_extension", "finger_opening", "pinch", "power_grasp"]
-FREEDOMS = hand_tree(HandSize()).freedoms
+_TREE = hand_tree(HandSize())
+FREEDOMS, SEGMENTS = _TREE.freedoms, _TREE.names
 UNWANTED_DEG = {"wrist": 30.0, "F1": 40.0, "F2": 40.0, "F3": 40.0, "F4": 40.0, "F5": 40.0}
 """Movement that counts as wholly unwanted, by part of the hand (chosen: half of a usual range)."""
 UNWANTED_WEIGHT = 0.5

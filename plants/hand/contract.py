@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from fesloop.compiled import compiled
 from fesloop.errors import InputError, RunError
 from fesloop.hand import quaternion
-from fesloop.hand.anthropometry import PARTS
+from fesloop.hand.anthropometry import FINGERS, PARTS
 from fesloop.hand.motion import STANDARD_GRAVITY
-from fesloop.hand.movements import MUSCLES
+from fesloop.hand.movements import FREEDOMS, MUSCLES, SEGMENTS
 from fesloop.hand.segments import AXES, MOTIONS
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import Port, Value
@@ -261,13 +261,16 @@ class HandValues(NamedTuple):
 
 def hand_outputs(start: Array, with_object: bool) -> tuple[Port, ...]:
     """Output ports, from the posture at the start, (23,), rad."""
-    ports = (Port("angles", (23,), "rad", tuple(float(angle) for angle in start)),
-             Port("rates", (23,), "rad/s"), Port("accelerations", (23,), "rad/s^2"),
-             Port("fingertips", (5, 3), "m"),
-             Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0)),
-             Port("site_position", (17, 3), "m"), Port("site_rate", (17, 3), "rad/s"),
-             Port("site_force", (17, 3), "m/s^2", (0.0, 0.0, STANDARD_GRAVITY)),
-             Port("contact_force", (len(PARTS),), "N", rows=PARTS), Port("velocity", (len(MUSCLES),), "1/s"))
+    ports = (Port("angles", (23,), "rad", tuple(float(angle) for angle in start), rows=FREEDOMS),
+             Port("rates", (23,), "rad/s", rows=FREEDOMS),
+             Port("accelerations", (23,), "rad/s^2", rows=FREEDOMS),
+             Port("fingertips", (5, 3), "m", rows=FINGERS),
+             Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0), rows=SEGMENTS),
+             Port("site_position", (17, 3), "m", rows=SEGMENTS),
+             Port("site_rate", (17, 3), "rad/s", rows=SEGMENTS),
+             Port("site_force", (17, 3), "m/s^2", (0.0, 0.0, STANDARD_GRAVITY), rows=SEGMENTS),
+             Port("contact_force", (len(PARTS),), "N", rows=PARTS),
+             Port("velocity", (len(MUSCLES),), "1/s", rows=MUSCLES))
     if not with_object:
         return ports
     return (*ports, Port("object_position", (3,), "m"),

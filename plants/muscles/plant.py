@@ -265,7 +265,8 @@ class Muscles:
     @property
     def outputs(self) -> tuple[Port, ...]:
         """Activation and fitness."""
-        return Port("activation", (len(MUSCLES),), "1"), Port("fitness", (len(MUSCLES),), "1", 1.0)
+        return (Port("activation", (len(MUSCLES),), "1", rows=MUSCLES),
+                Port("fitness", (len(MUSCLES),), "1", 1.0, rows=MUSCLES))
 
     @property
     def ignores(self) -> tuple[str, ...]:

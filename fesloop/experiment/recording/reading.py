@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import h5py
 import numpy as np
@@ -28,6 +28,10 @@ from fesloop.experiment.recording.form import (
 from fesloop.given_files import is_file
 from fesloop.loop.clock import FOREVER
 from fesloop.streams.hdf5 import require_sound_heaps
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import DataArray
 
 _ROWS_A_READ = 65536
 
@@ -226,6 +230,8 @@ class Signal:
     values: (n, *shape of the port).
     oldest_ns, newest_ns: (n,), oldest and newest capture that each value derives from.
     left_ns: (n,), when a block's value left it; `times_ns` for a plant.
+    rows: names of the rows of a value, such as joints or muscles, as its port states them; empty where it
+        does not.
     """
 
     name: str
@@ -236,6 +242,34 @@ class Signal:
     oldest_ns: NDArray[np.int64]
     newest_ns: NDArray[np.int64]
     left_ns: NDArray[np.int64]
+    rows: tuple[str, ...] = ()
+
+    def to_dataframe(self, *, degrees: bool = False, stamps: bool = False) -> DataFrame:
+        """The signal as a pandas DataFrame: a row for each value, its index `time_s`.
+
+        Columns are named by the rows of a value and, where these are vectors, quaternions or pulses, their
+        components ("F2d.x"); `frame.attrs` has the signal's name and unit.
+
+        Parameters
+        ----------
+        degrees: give rad and rad/s as deg and deg/s.
+        stamps: add the columns captured_oldest_s, captured_newest_s and left_s.
+
+        Raises InputError where pandas is not installed.
+        """
+        from fesloop.experiment.recording.frames import signal_frame
+
+        return signal_frame(self, degrees=degrees, stamps=stamps)
+
+    def to_xarray(self, *, degrees: bool = False) -> DataArray:
+        """The signal as an xarray DataArray over time_s, row and component, with its stamps as coordinates.
+
+        `degrees` as in `to_dataframe`. Raises InputError where xarray is not installed.
+        """
+        from fesloop.experiment.recording.frames import signal_array
+
+        array: DataArray = signal_array(self, degrees=degrees)
+        return array
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,7 +303,8 @@ def signal_of(name: str, field: str, rows: StoredRows, first: int, stop: int) ->
     else:
         oldest, newest = read("oldest_ns"), read("newest_ns")
     indices = read("index") if "index" in names else np.arange(len(times))
-    return Signal(name, rows.units[field], indices, times, values, oldest, newest, left)
+    return Signal(name, rows.units[field], indices, times, values, oldest, newest, left,
+                  rows.names.get(field, ()))
 
 
 _ATTEMPTS, _BETWEEN_S = 3, 0.02
@@ -540,6 +575,15 @@ class Recording:
                   for row in self._values("events")]
         # A plant is advanced when its outputs are read, and reports only then.
         return sorted(events, key=lambda event: (event.trial, event.time_ns))
+
+    def events_frame(self) -> DataFrame:
+        """All events as a pandas DataFrame: trial, time_s, where, status, detail.
+
+        Raises InputError where pandas is not installed.
+        """
+        from fesloop.experiment.recording.frames import event_frame
+
+        return event_frame(self.events)
 
     @property
     def messages(self) -> list[dict[str, dict[str, int]]]:

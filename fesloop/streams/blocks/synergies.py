@@ -137,7 +137,7 @@ class Synergies(BlockToControl):
     def outputs(self) -> tuple[Port, ...]:
         """`synergies`, `sd`."""
         size = (len(self.rows),)
-        return Port("synergies", size, "rad"), Port("sd", size, "rad")
+        return Port("synergies", size, "rad", rows=self.rows), Port("sd", size, "rad", rows=self.rows)
 
     def linear_form(self, context: Context) -> SampledForm:
         """The sums; `sd` has none. Raises InputError for the aperture, which is not linear."""
