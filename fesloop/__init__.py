@@ -2,8 +2,9 @@
 
     import fesloop
 
-    result = fesloop.load("finger_ilc").run(out="runs")
+    result = fesloop.run("finger_ilc", {"law": "gradient"})
     result.metrics["joint_rmse_deg"]
+    fesloop.report(result)
 
 Everything named here is imported on first use, so that `import fesloop` itself takes no time.
 """
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fesloop.apps.functions import identify, report, run, study
     from fesloop.errors import FesloopError, InputError, RunError
     from fesloop.experiment.files.parse import load
     from fesloop.experiment.record_spec import Record
@@ -44,7 +46,11 @@ _HOMES = {
     "Score": "fesloop.experiment.score_spec",
     "Wire": "fesloop.loop.wire",
     "Wiring": "fesloop.loop.wiring",
+    "identify": "fesloop.apps.functions",
     "load": "fesloop.experiment.files.parse",
+    "report": "fesloop.apps.functions",
+    "run": "fesloop.apps.functions",
+    "study": "fesloop.apps.functions",
 }
 
 __all__ = [
@@ -62,7 +68,11 @@ __all__ = [
     "Score",
     "Wire",
     "Wiring",
+    "identify",
     "load",
+    "report",
+    "run",
+    "study",
 ]
 
 _SIBLINGS = ("plants", "estimators", "controllers")

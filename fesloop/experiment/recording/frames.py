@@ -1,20 +1,20 @@
-"""Signals and events of a recording as tables of pandas and arrays of xarray."""
+"""Signals and events of a recording as tables of pandas and arrays of xarray.
+
+Signals and events are those of `fesloop.experiment.recording.reading`, whose methods call these functions.
+"""
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
-
-if TYPE_CHECKING:
-    from fesloop.experiment.recording.reading import Event, Signal
 
 _VECTORS = ("m", "m/s", "m/s^2", "rad/s", "T", "N")
 """Units of ports whose last axis of three is a vector; angles of three joints are none."""
@@ -42,7 +42,7 @@ def _library(name: str) -> Any:
                          "pip install 'fesloop[frames]'") from None
 
 
-def _axes(signal: Signal) -> list[tuple[str, ...]]:
+def _axes(signal: Any) -> list[tuple[str, ...]]:
     """Names along each axis of a value: of its rows, then of their components."""
     shape = signal.values.shape[1:]
     names = [_numbers(size) for size in shape]
@@ -55,21 +55,21 @@ def _axes(signal: Signal) -> list[tuple[str, ...]]:
     return names
 
 
-def _in_unit(signal: Signal, degrees: bool) -> tuple[NDArray[np.float64], str]:
+def _in_unit(signal: Any, degrees: bool) -> tuple[NDArray[np.float64], str]:
     """Values and their unit; rad and rad/s as degrees where asked."""
     if degrees and signal.unit.startswith("rad"):
         return np.degrees(signal.values), signal.unit.replace("rad", "deg", 1)
     return signal.values, signal.unit
 
 
-def _stamps(signal: Signal) -> Iterator[tuple[str, NDArray[np.float64]]]:
+def _stamps(signal: Any) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Names and values of the stamps, s."""
     for name, stamps in (("captured_oldest_s", signal.oldest_ns), ("captured_newest_s", signal.newest_ns),
                          ("left_s", signal.left_ns)):
         yield name, stamps / NS_PER_S
 
 
-def signal_frame(signal: Signal, *, degrees: bool = False, stamps: bool = False) -> Any:
+def signal_frame(signal: Any, *, degrees: bool = False, stamps: bool = False) -> Any:
     """The DataFrame of `Signal.to_dataframe`."""
     pandas = _library("pandas")
     values, unit = _in_unit(signal, degrees)
@@ -84,7 +84,7 @@ def signal_frame(signal: Signal, *, degrees: bool = False, stamps: bool = False)
     return frame
 
 
-def signal_array(signal: Signal, *, degrees: bool = False) -> Any:
+def signal_array(signal: Any, *, degrees: bool = False) -> Any:
     """The DataArray of `Signal.to_xarray`."""
     xarray = _library("xarray")
     values, unit = _in_unit(signal, degrees)
@@ -95,7 +95,7 @@ def signal_array(signal: Signal, *, degrees: bool = False) -> Any:
     return xarray.DataArray(values, dims=dims, coords=coordinates, name=signal.name, attrs={"units": unit})
 
 
-def event_frame(events: Sequence[Event]) -> Any:
+def event_frame(events: Sequence[Any]) -> Any:
     """DataFrame of events: trial, time_s, where, status, detail."""
     rows = [(each.trial, each.time_ns / NS_PER_S, each.where, each.status, each.detail) for each in events]
     return _library("pandas").DataFrame(rows, columns=["trial", "time_s", "where", "status", "detail"])

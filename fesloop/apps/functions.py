@@ -1,0 +1,114 @@
+"""What the commands do, as functions of the same names: `fesloop.run`, `study`, `report`, `identify`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from fesloop.errors import InputError
+
+if TYPE_CHECKING:
+    from fesloop.analysis.study.results.study_results import StudyResults
+    from fesloop.experiment.running import Experiment, Result
+    from fesloop.models.patient_model import PatientModel
+
+Settings = Sequence[str] | Mapping[str, Any]
+
+
+def run(
+    experiment: str | Path | Experiment, settings: Settings = (), *, seed: int | None = None,
+    out: str | Path = "runs",
+) -> Result:
+    """Run an experiment, as `fesloop run` does, and return its result: metrics, and where it is recorded.
+
+    Parameters
+    ----------
+    experiment: name of a shipped experiment, path of a TOML file or a recording, or an Experiment.
+    settings: {KEY: VALUE} or ["KEY=VALUE"], as `--set`: variants of the file, aliases and dotted key paths.
+    seed: takes the place of the file's.
+    out: folder of the recording.
+
+    Raises InputError, InputErrors for bad input, and what `Experiment.run` raises.
+    """
+    from fesloop.experiment.files.parse import load
+    from fesloop.experiment.running import Experiment
+
+    if isinstance(experiment, Experiment):
+        if settings:
+            raise InputError("settings", "given with an experiment that is made already",
+                             "settings with a name or a path", "give them to fesloop.load")
+        return (experiment if seed is None else experiment.with_seed(seed)).run(out)
+    return load(experiment, _texts(settings), seed).run(out)
+
+
+def study(
+    study: str | Path, form: str = "", *, out: str | Path = "studies", workers: int | None = None
+) -> StudyResults:
+    """Run a study, or its remaining runs, as `fesloop study` does, and return its results.
+
+    Parameters
+    ----------
+    study: name of a shipped study, or path of a TOML file.
+    form: of the file, such as "full"; empty: the file itself.
+    out: folder in which the study has its own.
+    workers: processes; None: one per core. A script starts them under `if __name__ == "__main__":`.
+
+    Raises InputError, InputErrors for bad input, and what `run_study` raises.
+    """
+    from fesloop.analysis.study.design.study_file import read_study
+    from fesloop.analysis.study.engine.coordinator import run_study
+    from fesloop.analysis.study.results.study_results import load
+
+    return load(run_study(read_study(study, form), out, workers=workers).store)
+
+
+def report(*sources: str | Path | Result, out: str | Path | None = None) -> Path:
+    """Write the report of a run, of several, or of a study, as `fesloop report` does; return its path.
+
+    Parameters
+    ----------
+    sources: recordings or results of runs, or one folder of a study.
+    out: path of the HTML file; None: beside the first source.
+
+    Raises InputError for sources that have no report.
+    """
+    from fesloop.apps.report_pages import page_of, report_path
+    from fesloop.show.report.page import write_page
+
+    paths = [each if isinstance(each, Path) else Path(getattr(each, "recording", None) or str(each))
+             for each in sources]
+    if not paths:
+        raise InputError("report", "of nothing", "recordings, results of runs, or a study's folder")
+    target = report_path(paths, out)
+    write_page(page_of(paths, lambda share: None)[1], target)
+    return target
+
+
+def identify(
+    recording: str | Path | Result, *, measured: str = "", method: Literal["subspace", "fir"] = "subspace"
+) -> PatientModel:
+    """Identify the model of a patient from a run with a block `excitation`, as `fesloop identify` does.
+
+    Parameters
+    ----------
+    recording: the run, or its recording.
+    measured: signal to be predicted; empty: that of the block of kind `synergies`.
+    method: of the linear dynamics after recruitment.
+
+    `model.save("own_model.toml")` writes the file that controllers read; `model.usable` tells whether they
+    take it. Raises InputError for a recording that shows no model.
+    """
+    from fesloop.experiment.registry import identifier
+
+    path = getattr(recording, "recording", None) or recording
+    model: PatientModel = identifier()(str(path), measured=measured, method=method).model
+    return model
+
+
+def _texts(settings: Settings) -> Sequence[str]:
+    """Settings as "KEY=VALUE" each."""
+    if not isinstance(settings, Mapping):
+        return settings
+    return [f"{key}={str(value).lower() if isinstance(value, bool) else value}"
+            for key, value in settings.items()]
