@@ -375,6 +375,8 @@ def _quadratic(row: Array, covariance: Array) -> float:
 T = TypeVar("T")
 _CHAIN = 5
 """Number of sensors that trackers take for the chain of the set chain5 by default."""
+_CHAIN_NAMES = ("seg1", "seg2", "seg3", "seg4", "seg5")
+"""Names of these sensors."""
 
 
 def stated_by(sources: Mapping[str, Sensors]) -> Sensors:
@@ -455,8 +457,8 @@ def worn_as_stated(tracker: T, stated: Sensors) -> T:
     """Tracker of a body, or of joints alone, with its sensors on the segments of their names.
 
     Where their names are not segments, the tracker names the segments. Raises InputError where it gives a
-    sensor another parent than is stated, and for five sensors without stated pairs, which it would take for a
-    chain.
+    sensor another parent than is stated, and for five sensors that are not those of chain5
+    (`fesloop.streams.formats.published`), whose joints it would take for theirs.
     """
     given: Any = tracker
     tree = SegmentTree(given.segments) if given.segments else hand_tree(given.hand)
@@ -467,6 +469,10 @@ def worn_as_stated(tracker: T, stated: Sensors) -> T:
     if not worn and sensors == _CHAIN and not stated.pairs:
         raise InputError("sensed", f"is empty, and which of {', '.join(stated.names)} are neighbours is not "
                          "stated", "a segment each, or pairs in the recording's layout")
+    if not worn and sensors == _CHAIN and stated.names != _CHAIN_NAMES:
+        raise InputError("sensed", f"is empty, and which joints are between {', '.join(stated.names)} is not "
+                         "stated", "a segment each, or segments of your own",
+                         "or give the tracker `constrained` joints, such as joints = \"hinge\"")
     told = replace(given, sensed=sensed, sensors=sensors)
     if told.body is not None:
         require_stated_tree(parents_in(told.body), stated, "sensed" if sensed else "segments")
