@@ -12,10 +12,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from estimators.body.joint_constraints import HINGE
 from estimators.constrained.vectors import rotated, turn_by
 from fesloop.compiled import compiled
 
+LEVERS, TILTS = 6, 12
+"""First column of the lever arms in the error state, and the one behind them."""
 TURNED, MOVED, BENT, COLUMNS = 17, 21, 28, 29
 """Columns of a joint's `rest`: the sum of its corrections in rotation, rad, in the child's frame (3), then
 its expected variance; that of its lever arms, m (6), then its variance; the mean square by which its axes are
@@ -29,6 +34,10 @@ _FITS_AGAIN = 0.7
 """Share of these below which a joint fits again: hysteresis of the reports (chosen)."""
 _BENT_LIMIT = 1.7
 """The same for axes, in sds of soft tissue (chosen: real hinges stay below .7, wrong ones reach 2.3)."""
+
+_WRONG_LEVERS = 0.3
+"""Share of their first sd by which lever arms that were learnt from samples of two instants may be wrong
+(chosen: 3 cm; more lets the heading of a ball joint on foam be decided wrongly)."""
 
 
 @compiled
@@ -116,6 +125,21 @@ def judge(rest: Any, doubt: Any, tissue_sd: float, misfit: Any, doubted: Any) ->
             beyond += s[BENT]
         doubted[j] = math.sqrt(beyond)
     return changed
+
+
+def learn_levers_anew(rest: NDArray[np.float64], covariance: NDArray[np.float64], lever_sd_m: float) -> None:
+    """Forget lever arms, and all disagreement, of joints whose sensors get other clocks.
+
+    Lever arms that were learnt from samples of two instants are wrong and certain; as they are put right, all
+    corrections pull one way, though the joint is of its kind.
+
+    Parameters
+    ----------
+    rest: (hypotheses, joints, COLUMNS); covariance: (hypotheses, joints, N, N); both updated.
+    """
+    rest[..., TURNED:] = 0.0
+    levers = np.arange(LEVERS, TILTS)
+    covariance[..., levers, levers] += (_WRONG_LEVERS * lever_sd_m) ** 2
 
 
 @compiled

@@ -43,7 +43,7 @@ from estimators.calibration.pose_evidence import (
     inclinations,
     taken,
 )
-from estimators.constrained.agreement import judge
+from estimators.constrained.agreement import judge, learn_levers_anew
 from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.filter import LOST, SOUND
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
@@ -382,6 +382,7 @@ class ConstrainedTracker:
         if state.taken % round(1.0 / arrivals.period_s) == 0 and (
                 told := state.lateness.look(found.q, ends)):
             state.seen[:] = LOST  # no acceleration between two samples of before and after
+            learn_levers_anew(found.rest, found.covariance, self.lever_sd_m)
             for status, detail in told:
                 tick.report(status, detail)
         misfit = state.misfit.copy()

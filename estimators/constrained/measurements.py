@@ -6,12 +6,12 @@ import math
 from typing import Any
 
 from estimators.body.joint_constraints import BALL, SADDLE
-from estimators.constrained.agreement import note_axes
+from estimators.constrained.agreement import LEVERS, TILTS, note_axes
 from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by, unit
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 
-N, LEVERS, TILTS = 16, 6, 12
+N = 16
 PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME = range(6)
 TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS, SPACING, EXCESS = range(6, 13)
 """Index of each setting in `settings`. Units, in this order: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error

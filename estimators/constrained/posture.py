@@ -9,7 +9,7 @@ import numpy as np
 
 from estimators.body.joint_constraints import BALL, HINGE, SADDLE
 from estimators.body.misalignment import add_misalignment, evidence_scale
-from estimators.constrained.measurements import TILTS
+from estimators.constrained.agreement import TILTS
 from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import (

@@ -110,6 +110,16 @@ def test_two_sensors_40_ms_late_are_found_and_cost_little(sensor_set, within_ms,
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("sensor", range(5))
+def test_joints_of_a_late_sensor_are_of_their_kind_once_it_is_found(sensor, recordings):
+    """Lever arms that were learnt from late samples are put right: that is no misfit."""
+    recording = open_recording(recordings / "chain5" / "trial1.npz", "rigid")
+    _, reports, _ = run_tracker(ConstrainedTracker(sensors=5), *later_by(recording, 0.04, (sensor,)), rate=40)
+    assert {status for status, _ in reports} >= {"late_sensor"}
+    assert "misfit" not in dict(reports)
+
+
+@pytest.mark.slow
 def test_a_late_sensor_of_a_wrist_is_found_within_26_s(recordings):
     recording = open_recording(recordings / "wrist" / "circle-250.npz")
     tracker = ConstrainedTracker(sensors=2, joints=(Joint(parent=0, child=1, kind="ball"),))
