@@ -169,9 +169,9 @@ class ConstrainedTracker:
     `orientation` (n, 4), segment to earth, with the heading of the 6-axis VQF filter (doi
     10.1016/j.inffus.2022.10.014) of the root in each tree of joints; `angles` (a,), rad, all freedoms of
     the tree; `angle_sd` (a,), rad; `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the
-    WCS); `fingertip_sd` (t, 3), m; `aligned` (1,), 0 while the initial pose is kept, and once evidence
-    contradicts it, else 1; `angle_random_sd` (a,), rad: the part of `angle_sd` that is not constant in a
-    trial, as mounting and the joints' axes are. Lengths count as exact.
+    WCS); `fingertip_sd` (t, 3), m; `aligned` (1,), 0 while the initial pose is kept or axes are learnt, and
+    once evidence contradicts the pose, else 1; `angle_random_sd` (a,), rad: the part of `angle_sd` that is
+    not constant in a trial, as mounting and the joints' axes are. Lengths count as exact.
 
     A pose that gravity, the joints' ranges or the hand's release contradict
     (`estimators.calibration.pose_evidence`) is reported as "pose_contradicted"; the sds of these joints grow
@@ -377,7 +377,8 @@ class ConstrainedTracker:
         # Ticks that were skipped while the block was busy are processed with this sample.
         for _ in range(ticks):
             take(state, captured_s == 0.0, gap)
-        if state.searches:
+        learning = bool(state.searches)
+        if learning:
             learn(state, first, tick)
         if state.taken % round(1.0 / arrivals.period_s) == 0 and (
                 told := state.lateness.look(found.q, ends)):
@@ -407,7 +408,7 @@ class ConstrainedTracker:
             report(worst, math.radians(self.uncertain_deg), state.status, table, first, tick)
         over = state.taken > state.pose_samples or not state.pose_samples
         if self.body is None:
-            return orientation, angles, sds[0], aligned_value(over), sds[1]
+            return orientation, angles, sds[0], aligned_value(over and not learning), sds[1]
         tree = self.body.tree
         state.plausible.note(angles, tick)
         if over and state.watch is not None:

@@ -211,8 +211,8 @@ def never_aligned(recording: Recording, estimate: str, trial: int) -> str | None
     """Reason why no row of an estimate counts in a trial without an initial pose; else None."""
     names = [name for name in alignments(recording, estimate)
              if not (recording.signal(name, trial).values > 0.5).any()]
-    return (f"{names[0].partition('.')[0]} never took its initial pose: what it put out is the pose that it "
-            "was given" if names else None)
+    return (f"{names[0].partition('.')[0]} never took its initial pose, or learnt its joints' axes: what it "
+            "put out is the pose that it was given, or zero" if names else None)
 
 
 def _of_the_tracker(joints: Mapping[str, Any], split: bool) -> list[tuple[str, ...]]:

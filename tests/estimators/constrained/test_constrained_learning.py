@@ -60,8 +60,10 @@ def test_each_hinge_of_a_tree_is_learnt_while_the_others_are_tracked():
              Joint(parent=1, child=3, kind="hinge", parent_axis=(1.0, 0.0, 0.0), child_axis=(1.0, 0.0, 0.0)))
     told = (*chain[:2], Joint(parent=1, child=3, kind="hinge", learn_axes=True))
     gyr, acc = Jointed(chain, 2, SENSORS).samples(TIMES)
-    (_, _, sd, *_), reports, _ = run_tracker(
+    (_, _, sd, aligned, _), reports, _ = run_tracker(
         ConstrainedTracker(sensors=4, joints=told), gyr, acc, rate=50)
+    # Neither score nor stimulation by a posture of which one joint is not known.
+    np.testing.assert_array_equal(aligned[:, 0] > 0.5, sd[:, 4] < math.pi)
     assert ("untracked", "joint 1-3") in reports
     assert (sd[100, :4] < math.pi).all()
     assert sd[100, 4] == math.pi

@@ -83,7 +83,8 @@ def test_a_tracker_that_never_aligned_has_no_error_and_a_reason(tmp_path):
     for name, (value,) in numbers.items():
         assert value is None or math.isnan(value)
         assert metrics["missing"][name] == [
-            "tracker never took its initial pose: what it put out is the pose that it was given"]
+            "tracker never took its initial pose, or learnt its joints' axes: what it put out is the pose "
+            "that it was given, or zero"]
     assert math.isfinite(metrics["joint_rmse_deg"][0])
 
 
