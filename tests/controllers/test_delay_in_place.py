@@ -41,6 +41,9 @@ def test_check_and_the_trials_themselves_agree_that_the_law_diverges(tmp_path):
             "blocks.patient.speed=1", "blocks.patient.strength=1", f"blocks.patient.{linear}",
             f"blocks.controller.model.{linear}", "blocks.controller.law=noilc", "blocks.controller.slew=1",
             "blocks.controller.change_weight=0.02"]
+    stopped = load("finger_control", late).run(out=tmp_path).metrics["joint_rmse_deg"]
+    assert stopped[-1] < 1.5 * min(stopped)
+    late.append("blocks.controller.stop_after=0")
     errors = {}
     for told_ms in (0, 150):
         experiment = load("finger_control", [*late, f"blocks.controller.actuation_delay_ms={told_ms}"])
