@@ -119,7 +119,7 @@ class Problem(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What is measured and wanted at a tick.
+    """Measurement and reference of a tick.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the commands do, as functions of the same names: `fesloop.run`, `study`, `report`, `identify`."""
+"""Functions of the commands of the same names: `fesloop.run`, `study`, `report`, `identify`."""
 
 from __future__ import annotations
 

@@ -410,7 +410,7 @@ class StageSummary:
 
 
 class _Known(NamedTuple):
-    """What has been found of paths, which holds for all of equal timing: tallies, and the least of a lane."""
+    """Results that hold for all paths of equal timing: tallies, and the least latency of a lane."""
 
     tallies: dict[Any, list[_Tally]]
     least_ns: dict[Any, int | None]
