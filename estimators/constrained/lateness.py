@@ -52,7 +52,7 @@ _LEAST_S = 4e-3
 
 @dataclass(slots=True, eq=False)
 class Lateness:
-    """What is known of the sensors' clocks.
+    """Estimate of the sensors' clock offsets.
 
     Attributes
     ----------

@@ -69,7 +69,7 @@ class Lacking:
 
 
 def lacking_in(recording: MotionRecording) -> Lacking:
-    """What a recording lacks."""
+    """Parts that a recording lacks."""
     times_s = recording.stamps_ns / NS_PER_S
     pace = pace_of(times_s)
     gaps, changed = gaps_of(times_s, pace), rate_change(times_s, pace)
