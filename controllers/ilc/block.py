@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -81,7 +82,7 @@ class Progress:
             return ()
         told = ", ".join(f"{math.degrees(each):.2g}" for each in self.errors)
         return (("learning_stopped", f"trials became worse (errors {told} deg): from now on the drives of "
-                 f"trial {self.errors.index(min(self.errors))} (counted from 0) are used"),)
+                 f"the one with {math.degrees(min(self.errors)):.2g} deg are used"),)
 
 
 @dataclass(slots=True, eq=False)
@@ -176,7 +177,8 @@ class Ilc(IlcParameters):
 
     def next_trial(self, state: IlcState, context: Context) -> IlcState:
         """State of the next trial, with the drives that the law learns from the last one."""
-        period, share, progress = period_ns(context), state.seen.doubtful_share(), state.progress
+        period, share = period_ns(context), state.seen.doubtful_share()
+        progress = copy.deepcopy(state.progress)
         if progress.stopped and progress.best is not None:
             return self._trial(progress.best, progress)
         if share > self.reject_share:

@@ -92,7 +92,7 @@ def test_a_plant_of_the_other_sign_ends_as_it_began():
     assert errors[3] == pytest.approx(errors[0])
     assert (errors[3:] == errors[3]).all()
     (detail,) = (detail for status, detail in reports if status == "learning_stopped")
-    assert "trial 0" in detail
+    assert detail.endswith(f"the one with {errors[0]:.2g} deg are used")
     without, reports = trial_errors(learner(stop_after=0), wrong, 6)
     assert without[-1] > 2.0 * errors[-1]
     assert "learning_stopped" not in dict(reports)
@@ -112,6 +112,28 @@ def test_the_best_drives_are_those_of_the_least_error(errors):
         progress.note(error, np.full((1, 1), float(k)), 0)
     assert not progress.stopped
     assert progress.best[0, 0] == float(np.argmin(errors))
+
+
+@pytest.mark.parametrize(("errors", "stops"), [
+    ((1.0, 2.5, 2.4), True), ((1.0, 1.6, 1.7), True), ((1.0, 1.6, 1.55, 1.6), False),
+    ((1.0, 1.4, 1.45), False), ((1.0, 2.5, 1.2, 2.5), False)])
+def test_two_worse_trials_in_a_row_stop_learning(errors, stops):
+    progress = Progress()
+    reports = [progress.note(error, np.zeros((1, 1)), 2) for error in errors]
+    assert bool(reports[-1]) == progress.stopped == stops
+    assert not any(reports[:-1])
+
+
+def test_a_state_may_begin_more_than_one_next_trial():
+    ilc = learner()
+    state = ilc.init(CONTEXT)
+    for k in range(SAMPLES):
+        state.seen.ticks_ns[k] = k * PERIOD
+        state.seen.note(k, k * PERIOD, np.ones(3), np.zeros(3, dtype=bool))
+    first, second = (ilc.next_trial(state, CONTEXT) for _ in range(2))
+    np.testing.assert_array_equal(first.drives, second.drives)
+    assert len(first.progress.errors) == len(second.progress.errors) == 1
+    assert not state.progress.errors
 
 
 def test_a_negative_number_of_trials_is_refused():
