@@ -63,17 +63,18 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     controller: the total need not be joint_rmse_deg. Under joints the same by joint; range_deg, how far each
     joint moved, where only truth is scored. `grasp_metrics`, `cycle_metrics` and `search_metrics` describe
     their own. orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that
-    was played. joint_angle_rmse_deg: by pair, of the angle that the tracker gives to a controller, against
-    that of the reference by the same convention; flexion_axis_share: share of a pair's turning about the axis
-    of that angle, where it turns. fingertip_rmse_mm: by tracker and fingertip, one a trial;
-    fingertip_coverage likewise, where the tracker gives its sd. step_us: median and 99th percentile of the
-    timed blocks' steps. missing: of every number that is NaN or None the reason in words
-    (`fesloop.experiment.metrics.missing`).
+    was played, from orientation_from_s on where the tracker says when it is aligned. joint_angle_rmse_deg:
+    by pair, of the angle that the tracker gives to a controller, against that of the reference by the same
+    convention; flexion_axis_share: share of a pair's turning about the axis of that angle, where it turns.
+    fingertip_rmse_mm: by tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker
+    gives its sd. step_us: median and 99th percentile of the timed blocks' steps. missing: of every number
+    that is NaN or None the reason in words (`fesloop.experiment.metrics.missing`).
     """
     score = make(Score, recording.experiment["score"], {}, "score")
     metrics = _joint_metrics(recording, score)
     if score.orientation is not None:
         metrics |= _orientation_metrics(recording, score)
+        note(metrics, ("orientation_rmse_deg",), 0, 1, never_aligned(recording, score.orientation, 0))
     if score.fingertips is not None:
         metrics |= _fingertip_metrics(recording, score, score.fingertips)
     if score.grasp is not None:
@@ -304,12 +305,16 @@ def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     assert score.recording is not None
     played = replay_of(recording.experiment["blocks"][score.recording])
     signal = recording.signal(score.orientation)
-    counted = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     tracker = score.orientation.partition(".")[0]
     magnetic = any(wire["to"] == f"{tracker}.mag" for wire in recording.experiment["wires"])
-    captured = signal.newest_ns[counted] + played.start_ns
-    scores = score_recording(played.source, captured, signal.values[counted],
-                             "absolute" if magnetic else "relative")
+    captured = signal.newest_ns >= 0
+    # NaN, not left out: no orientation is interpolated across the time in which a tracker was not aligned.
+    counted = measuring(recording, score, score.orientation, signal)[captured]
+    orientation = np.where(counted[:, np.newaxis, np.newaxis], signal.values[captured], np.nan)
+    scores: dict[str, Any] = score_recording(played.source, signal.newest_ns[captured] + played.start_ns,
+                             orientation, "absolute" if magnetic else "relative")
+    if scores and counted.any() and alignments(recording, score.orientation):
+        scores["orientation_from_s"] = float(signal.times_ns[captured][counted][0]) / NS_PER_S
     return scores | _angle_metrics(recording, score, played.source, tracker, played.start_ns)
 
 

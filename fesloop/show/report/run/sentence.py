@@ -183,7 +183,9 @@ def _played(known: Known) -> Iterator[str]:
         totals = [each["total"] for each in errors.values()
                   if isinstance(each, dict) and math.isfinite(each.get("total", math.nan))]
         if totals:
-            yield f"the tracker's orientations were {_range(totals)} deg RMS from the recording's reference"
+            since = known.metrics.get("orientation_from_s")
+            yield (f"the tracker's orientations were {_range(totals)} deg RMS from the recording's reference"
+                   + (f", from {rounded(since)} s on, when it was aligned" if since else ""))
     if players:
         yield "a recording was replayed, which does not respond to stimulation: there is no tracking error"
 
