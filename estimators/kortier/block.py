@@ -22,8 +22,8 @@ from estimators.body.body import (
     worn_as_stated,
 )
 from estimators.body.misalignment import misalignment
-from estimators.kortier.chain import Filters, Gates, new_filters
-from estimators.kortier.navigation import HandFilter, HandGates, new_hands
+from estimators.kortier.chain import Filters, Gates, forget_chains, new_filters
+from estimators.kortier.navigation import HandFilter, HandGates, forget_hands, new_hands
 from estimators.kortier.samples import Moment, Trust, no_moment
 from estimators.kortier.tick import Posture, Settings, Worn, report_unseen, track, worn_by
 from estimators.kortier.tilts import Tilts, compare_along_hinges, mounting_scale, new_tilts
@@ -41,6 +41,9 @@ _UNKNOWN = STANDARD_GRAVITY
 """Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
 _SPACING = 0.5
 """Time between comparisons of accelerations, in multiples of `error_time_s` (chosen)."""
+_MISLED_SDS = 6.0
+"""Estimated bias, in sds of what is stated, that shows that the field misleads (chosen: of a real chain
+without magnetometers it is at most 5, on foam; with them, in a field that is not the earth's, 8 to 20)."""
 _USUAL = HandSize()
 _POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
              "constraint_sd_deg", "mounting_sd_deg", "axis_sd_deg", "fusion_sd_deg",
@@ -60,6 +63,7 @@ class KortierState:
     plausible: check for angles that no joint can have.
     tilts: of the axes of hinges; scale: of the variance of mounting and axes, as the tilts show; compared_s:
         time since accelerations were compared for them.
+    followed_s: time since the first sample; misled: whether the field has been found to mislead.
     unseen: joints last reported as untracked; None before the first tick.
     """
 
@@ -71,6 +75,8 @@ class KortierState:
     tilts: Tilts
     scale: float = 1.0
     compared_s: float = 0.0
+    followed_s: float = 0.0
+    misled: bool = False
     unseen: tuple[str, ...] | None = None
 
 
@@ -257,12 +263,17 @@ class KortierTracker:
         arrivals, motion = state.arrivals, state.hands.motion
         body, worn = self._wearer()
         elapsed = arrivals.note(inputs if inputs[-1].present else inputs[:2], tick)
+        if state.misled:
+            elapsed = elapsed[0], elapsed[1], 0.0
         angles, tips = np.empty((3, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
         posture = Posture(np.empty((self.sensors, 4)), angles, tips)
         joints = track(
             arrivals.samples, arrivals.codes, elapsed, arrivals.period_s, worn, self.settings,
             state.hands, state.filters, state.moment, state.scale, posture)
-        self._compare(state, float(elapsed[1]))
+        state.followed_s += elapsed[0]
+        read = self.magnetometers and inputs[-1].present and not state.misled
+        if self._compare(state, float(elapsed[1])) and read:
+            self._doubt_field(state, tick)
         if joints or state.unseen is None:
             seen = state.filters.seen
             state.unseen = report_unseen(state.unseen or (), body, worn.chains, seen, tick)
@@ -271,15 +282,38 @@ class KortierTracker:
         return (posture.orientation, angles[0], angles[1], *fingertips, motion[worn.base, 1].copy(),
                 motion[worn.base, 0].copy(), aligned_value(True), angles[2])
 
-    def _compare(self, state: KortierState, elapsed_s: float) -> None:
+    def _compare(self, state: KortierState, elapsed_s: float) -> bool:
         """Compare accelerations along hinges, now and then, for the scale of mounting and axes."""
         state.compared_s += elapsed_s
-        if elapsed_s > 0.0 and state.compared_s >= _SPACING * self.error_time_s:
-            _, worn = self._wearer()
-            compare_along_hinges(worn.chains, state.filters.seen, state.moment, elapsed_s, state.compared_s,
-                                 self.settings.trust, self.settings.gates, state.tilts)
-            state.scale = mounting_scale(worn.chains, worn.wrong, state.tilts)
-            state.compared_s = 0.0
+        if not (elapsed_s > 0.0 and state.compared_s >= _SPACING * self.error_time_s):
+            return False
+        _, worn = self._wearer()
+        compare_along_hinges(worn.chains, state.filters.seen, state.moment, elapsed_s, state.compared_s,
+                             self.settings.trust, self.settings.gates, state.tilts)
+        state.scale = mounting_scale(worn.chains, worn.wrong, state.tilts)
+        state.compared_s = 0.0
+        return True
+
+    def _doubt_field(self, state: KortierState, tick: Tick) -> None:
+        """Read magnetometers no more once only biases that no gyroscope has explain what they say.
+
+        A field that turns a joint by more than its gyroscopes do is a bias to the filter. All rotations are
+        unknown then, until accelerations and joints tell them again, and biases begin anew.
+        """
+        bias_sd = math.radians(self.bias_sd_deg_s)
+        sd = math.hypot(bias_sd, self.bias_walk * math.sqrt(state.followed_s))
+        greatest = max(float(np.abs(found.bias).max(initial=0.0)) for found in (state.filters, state.hands))
+        if greatest < _MISLED_SDS * sd:
+            return
+        state.misled = True
+        _, worn = self._wearer()
+        forget_chains(worn.chains, state.filters, bias_sd, self.settings.gates.offset_sd)
+        forget_hands(state.hands, self.settings.own)
+        tick.report("field_misleads", (
+            f"magnetometers agree with gyroscopes only with an offset of {math.degrees(greatest):.1f} "
+            f"deg/s, over {_MISLED_SDS:g} times bias_sd_deg_s: magnetometers are read no more, and headings "
+            "may be wrong by what the field did until now; set magnetometers = false, or bias_sd_deg_s to "
+            "the offsets of your gyroscopes"))
 
     def _wearer(self) -> tuple[Body, Worn]:
         if self.body is None or self.worn is None:

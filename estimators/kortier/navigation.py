@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body.body import UNSEEN_SD
 from estimators.kortier.chain import Gates, length
 from estimators.kortier.error_state import (
     absorb,
@@ -285,6 +286,15 @@ def new_hands(count: int, window: int) -> HandFilter:
         np.zeros((count, SIZE, SIZE)), np.zeros((count, SIZE, 3)), np.zeros((count, 2, 3)),
         np.zeros((count, window, 3)), np.zeros((count, window, 3)),
         np.tile([UPWARDS, (0.0, 0.0, 0.0)], (count, 1, 1)), np.zeros((count, 5), dtype=np.int64))
+
+
+def forget_hands(hands: HandFilter, own: HandGates) -> None:
+    """Make the attitudes of all hands unknown; biases and velocities are those of filters that begin."""
+    hands.bias[:], hands.motion[:, 0], hands.covariance[:], hands.shared[:] = 0.0, 0.0, 0.0, 0.0
+    sds = (UNSEEN_SD / math.sqrt(3.0), own.bias_sd, own.still_sd)
+    for first, sd in zip((0, BIAS, VELOCITY), sds, strict=True):
+        for i in range(first, first + 3):
+            hands.covariance[:, i, i] = sd ** 2
 
 
 @compiled

@@ -97,7 +97,8 @@ def test_an_exact_tracker_beside_one_that_aligns_is_scored_throughout(tmp_path):
 def test_orientations_count_from_when_the_axes_of_the_joints_are_learnt(recordings, tmp_path):
     """Before, both are as if the joint were straight; the recording's reference is known all the time."""
     played = recordings / "wrist" / "circle-250.npz"
-    learnt = fesloop.load("replay", [f"recording={played}", "tracker=constrained", "joints=hinge"]).run(tmp_path)
+    hinge = [f"recording={played}", "tracker=constrained", "joints=hinge"]
+    learnt = fesloop.load("replay", hinge).run(tmp_path)
     with fesloop.Recording(learnt.recording) as recording:
         aligned = recording.signal("tracker.aligned")
         (status,) = [event for event in recording.events if event.status == "axes_learnt"]
@@ -105,8 +106,7 @@ def test_orientations_count_from_when_the_axes_of_the_joints_are_learnt(recordin
     assert since_s == aligned.times_ns[aligned.values[:, 0] > 0.5][0] / 1e9
     assert since_s == pytest.approx(status.time_ns / 1e9, abs=0.05)
     assert since_s > 2.0
-    late = fesloop.load("replay", [f"recording={played}", "tracker=constrained", "joints=hinge",
-                                   f"score.after_s={since_s}"]).run(tmp_path)
+    late = fesloop.load("replay", [*hinge, f"score.after_s={since_s}"]).run(tmp_path)
     assert late.metrics["relative_angle_rmse_deg"] == learnt.metrics["relative_angle_rmse_deg"]
 
 
