@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.point_search.contract import Query, Response, Strategy
+from controllers.point_search.earlier import EarlierSearch
 from controllers.point_search.prior_zones import ZONES
 from controllers.point_search.space import SearchSpace
 from controllers.point_search.state import BASELINE, BEGIN, ENDED, MEASURE, Look, PointSearchState, Timetable
@@ -55,6 +56,8 @@ class PointSearch:
     strategies: parameters of each strategy.
     space: search space.
     timetable: durations.
+    earlier: search of the same movement on another day, from the recording of its run; for
+        `gaussian_process`.
     """
 
     movement: MovementName = "finger_opening"
@@ -62,6 +65,7 @@ class PointSearch:
     strategies: Strategies = field(default_factory=Strategies)
     space: SearchSpace = field(default_factory=SearchSpace)
     timetable: Timetable = field(default_factory=Timetable)
+    earlier: EarlierSearch = field(default_factory=EarlierSearch)
 
     def __post_init__(self) -> None:
         movement_of(self.movement)
@@ -69,7 +73,22 @@ class PointSearch:
             raise InputError("strategy", f"{self.strategy!r}", ", ".join(get_args(StrategyName)))
         if not self.space.zones:
             object.__setattr__(self, "space", replace(self.space, zones=ZONES[self.movement]))
+        if self.earlier.responses:
+            self._require_alike()
+            object.__setattr__(self, "space", replace(self.space, earlier=self.earlier))
         self.chosen.start(self.space, 0)
+
+    def _require_alike(self) -> None:
+        """Raise InputError for an earlier search of which this one makes no use."""
+        if self.strategy != "gaussian_process":
+            raise InputError("earlier", f"is not used by the strategy {self.strategy}", "gaussian_process",
+                             "leave it out, or choose that strategy")
+        if self.earlier.movement != self.movement:
+            raise InputError("earlier", f"is a search for {self.earlier.movement or 'no movement'}",
+                             f"one for {self.movement}")
+        electrodes = set(self.space.electrodes)
+        if not any(each.elements in electrodes for each in self.earlier.responses):
+            raise InputError("earlier", "tried no electrode of these arrays", "a search with the same arrays")
 
     @property
     def chosen(self) -> Strategy:

@@ -9,6 +9,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.point_search.earlier import EarlierSearch
 from controllers.point_search.prior_zones import Zone
 from fesloop.errors import InputError
 
@@ -88,6 +89,7 @@ class SearchSpace:
     most_elements: greatest number of elements of a virtual electrode.
     elements: numbers of the elements that may be used; empty: all.
     zones: zones where anatomy suggests the movement; empty: those of `point_search`'s movement.
+    earlier: what a search of another day found out, as `point_search` has it.
     """
 
     layouts: tuple[ArrayLayout, ...] = (DORSAL, VOLAR)
@@ -98,6 +100,7 @@ class SearchSpace:
     most_elements: int = 4
     elements: tuple[int, ...] = ()
     zones: tuple[Zone, ...] = ()
+    earlier: EarlierSearch = field(default_factory=EarlierSearch)
     electrodes: tuple[Electrode, ...] = field(init=False, repr=False, compare=False)
     _positions: Array = field(init=False, repr=False, compare=False)
 

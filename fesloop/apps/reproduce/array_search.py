@@ -1,8 +1,10 @@
-"""`fesloop reproduce array_search`: elements for a movement are found with a fifth of the queries.
+"""`fesloop reproduce array_search`: elements for a movement are found with a twelfth of the queries.
 
 Searches for finger opening run in the whole loop, with tracker, fatigue and rests, on members of a cohort of
-`sci_c6` on whom the search was not tuned. A recommendation is scored on the rested hand without noise,
-relative to the best of an exhaustive search there. Published times are those of the semi-automatic and the
+`sci_c6` on whom the search was not tuned. Their anatomy lies up to 30 deg around and 30 mm along the forearm
+from where the search expects it. On the next day the arrays are put on anew, and a second search begins with
+what the first found out. A recommendation is scored on the rested hand without noise, relative to the best of
+an exhaustive search there. Published times are those of the semi-automatic and the
 automatic search over 59 elements (doi 10.1186/s12984-018-0460-1).
 """
 
@@ -28,6 +30,8 @@ from fesloop.hand.movements import MUSCLES, MovementName, movement_of
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import Sample, Value
+from plants.electrodes.arrays import ALONG
+from plants.electrodes.recruitment import Electrodes
 
 Array = NDArray[np.float64]
 Key = tuple[tuple[int, ...], float]
@@ -101,14 +105,21 @@ class RestedHand:
         return recruitment, frequency
 
 
-SUBJECTS = 10
+SUBJECTS = 20
 FIRST_MEMBER = 2
-"""The Gaussian process was tuned on members 0 and 1."""
+"""The Gaussian process was tuned on members of another cohort, and of this one on members 0 and 1 alone."""
+_ELSEWHERE = 30.0
+"""Greatest displacement of a person's anatomy, deg around the forearm and mm along it."""
 MOVEMENT: MovementName = "finger_opening"
 SEARCHES = {"gp": "array_search_gp", "magnets": "array_search_magnets", "two_phase": "array_search_two_phase"}
 REACHED = 0.9
-LEAST_PCT = 20.0
-"""Published share of an exhaustive search at which Bayesian optimisation in neurostimulation converges."""
+MOST_PCT = 8.0
+"""Share of an exhaustive search that the whole search may take: less than half of the fifth at which Bayesian
+optimisation in neurostimulation is published to converge."""
+LEAST_THERE = 0.95
+"""Share of persons in whom it gets to 90 % of the optimum."""
+AGAIN_SHARE = 0.1
+"""Queries to 90 % on the second day over all queries of the first."""
 SEMI_AUTOMATIC_MIN, AUTOMATIC_MIN = 7.3, 10.5
 _SCORE = SearchScore(search="search", truth="hand.angles", movement=MOVEMENT)
 
@@ -133,6 +144,18 @@ def searched(recording: Recording) -> dict[str, Any]:
             "asked": [(one.elements, one.quality) for one in asked]}
 
 
+def displaced(member: int, day: int) -> tuple[str, ...]:
+    """Settings of a member on a day, whose anatomy lies elsewhere; the arrays' edges stay on the forearm."""
+    around, along = np.random.default_rng(member).uniform(-_ELSEWHERE, _ELSEWHERE, 2)
+    usual = (f"member={member}", f"day={day}")
+    nodes = load("array_search_gp", usual).nodes
+    electrodes = next(node.part for node in nodes if isinstance(node.part, Electrodes))
+    places = electrodes.places[:, ALONG]
+    along = float(np.clip(along, -places.min(), electrodes.length_mm - places.max()))
+    return (*usual, f"blocks.electrodes.shift_deg={electrodes.shift_deg + float(around)!r}",
+            f"blocks.electrodes.shift_mm={electrodes.shift_mm + along!r}")
+
+
 def searched_beside_everything(recording: Recording) -> dict[str, Any]:
     """As `searched`, with the quality of every candidate on the rested hand under `everything`."""
     hand, judge = RestedHand(load(recording.path)), movement_of(MOVEMENT).judge
@@ -143,11 +166,19 @@ def searched_beside_everything(recording: Recording) -> dict[str, Any]:
         "layouts": [(layout.rows, layout.columns) for layout in hand.space.layouts]}
 
 
+def searched_on_two_days(recording: Recording) -> dict[str, Any]:
+    """As `searched_beside_everything`; under `again` the same of the next day's search, which knows this."""
+    settings = displaced(recording.experiment["patient"]["member"], 2)
+    again = Job(("again",), "array_search_gp", (*settings, f"earlier={recording.path}"), 1,
+                searched_beside_everything)
+    return searched_beside_everything(recording) | {"again": again.kept()}
+
+
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
     """Run every search on every patient."""
     members = range(FIRST_MEMBER, FIRST_MEMBER + subjects)
-    jobs = [Job((name, member), experiment, (f"member={member}",), 1,
-                searched_beside_everything if name == "gp" else searched)
+    jobs = [Job((name, member), experiment, displaced(member, 1), 1,
+                searched_on_two_days if name == "gp" else searched)
             for member in members for name, experiment in SEARCHES.items()]
     kept = run_jobs(jobs, workers, progress)
     return compare([{name: kept[name, member] for name in SEARCHES} for member in members])
@@ -176,7 +207,12 @@ def _of_patient(patient: dict[str, Any]) -> dict[str, float]:
                 f"{name}: queries": float(len(kept["worth"])), f"{name}: min": kept["minutes"],
                 f"{name}: found, % of optimum": 100.0 * float(kept["worth"][-1]) / optimum,
                 f"{name}: selectivity": kept["selectivity"]}
-    return row
+    again = patient["gp"]["again"]
+    shares = again["worth"] / max(again["everything"].values())
+    queries, minutes = reached(shares, again["told_min"])
+    return row | {
+        "next day: queries to 90 %": queries, "next day: min to 90 %": minutes,
+        "next day: queries": float(len(shares)), "next day: found, % of optimum": 100.0 * float(shares[-1])}
 
 
 def reached(shares: Array, told_min: Array) -> tuple[float, float]:
@@ -188,20 +224,24 @@ def reached(shares: Array, told_min: Array) -> tuple[float, float]:
 
 def _of_gaussian_process(columns: dict[str, Array]) -> list[Row]:
     """Rows of queries and time; a patient in whom 90 % is never reached counts as searched exhaustively."""
-    queries, total = columns["gp: queries to 90 %"], columns["candidates"]
-    share = band(100.0 * np.where(np.isnan(queries), total, queries) / total)
-    minutes = band(columns["gp: min"])
-    count, there = len(queries), int((~np.isnan(queries)).sum())
+    total = columns["candidates"]
+    whole, minutes = band(100.0 * columns["gp: queries"] / total), band(columns["gp: min"])
+    found = columns["gp: found, % of optimum"]
+    there, count = int((found >= 100.0 * REACHED).sum()), len(found)
+    again = columns["next day: queries to 90 %"]
+    share = band(np.where(np.isnan(again), total, again) / columns["gp: queries"])
+    least, gp = math.ceil(LEAST_THERE * count), "Gaussian process"
     return [
-        Row("Gaussian process", "queries to 90 % of the optimum; at most 20 % of an exhaustive search",
-            LEAST_PCT, share, share.median <= LEAST_PCT, "%"),
-        Row("Gaussian process", "patients in whom it gets there", "all", f"{there} of {count}",
-            there == count),
-        Row("Gaussian process", "whole search; at most the semi-automatic one's", SEMI_AUTOMATIC_MIN, minutes,
+        Row(gp, "patients in whom 90 % of the optimum is found, at least", f"{least} of {count}",
+            f"{there} of {count}", there >= least),
+        Row(gp, "queries of the whole search, of an exhaustive one's; at most", MOST_PCT, whole,
+            whole.median <= MOST_PCT, "%"),
+        Row(gp, "whole search; at most the semi-automatic one's", SEMI_AUTOMATIC_MIN, minutes,
             minutes.high <= SEMI_AUTOMATIC_MIN, "min"),
-        Row("Gaussian process", "found, at least 90 % of the optimum", 100.0 * REACHED,
-            band(columns["gp: found, % of optimum"]),
-            bool(np.median(columns["gp: found, % of optimum"]) >= 100.0 * REACHED), "%")]
+        Row(gp, "found, at least 90 % of the optimum", 100.0 * REACHED, band(found),
+            bool(np.median(found) >= 100.0 * REACHED), "%"),
+        Row("next day", "queries to 90 % of the optimum over all of the first day's, at most", AGAIN_SHARE,
+            share, share.median <= AGAIN_SHARE)]
 
 
 def _of_others(columns: dict[str, Array]) -> list[Row]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,32 +81,57 @@ class Asked(NamedTuple):
     told_s: float
 
 
-def asked_of(recording: Recording, score: SearchScore, trial: int = 0) -> list[Asked]:
-    """Every answered query, in order."""
-    kept = {name: recording.signal(f"{score.search}.{name}", trial) for name in _SIGNALS}
+class Answered(NamedTuple):
+    """A query that was answered.
+
+    Attributes
+    ----------
+    elements, current_ma: elements and current that were tried.
+    quality: as the search estimated it.
+    best: elements and current that it recommended afterwards.
+    rest_ns, measured_ns: (2,), when the postures at rest and under stimulation were measured; the end of the
+        latter is when the search received the response.
+    """
+
+    elements: tuple[int, ...]
+    current_ma: float
+    quality: float
+    best: tuple[tuple[int, ...], float]
+    rest_ns: tuple[int, int]
+    measured_ns: tuple[int, int]
+
+
+def answered(recording: Recording, search: str, trial: int = 0) -> Iterator[Answered]:
+    """Every answered query of the node that searches, in order."""
+    kept = {name: recording.signal(f"{search}.{name}", trial) for name in _SIGNALS}
     times, values = kept["query"].times_ns, {name: signal.values for name, signal in kept.items()}
     if not times.size:
-        return []
-    truth = recording.signal(score.truth, trial)
-    movement = movement_of(score.movement)
+        return
     states = np.column_stack((values["query"], values["phase"]))
     starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
-    queries: list[Asked] = []
-    rest: Array | None = None
-    for first, after in zip(starts, [*starts[1:], None], strict=True):
-        phase = int(values["phase"][first])
-        if after is None or phase not in (BASELINE, MEASURE):
-            continue
-        posture = _mean(truth.times_ns, truth.values, times[first], times[after])
+    rest: tuple[int, int] | None = None
+    for first, after in pairwise(starts):
+        phase, window = int(values["phase"][first]), (int(times[first]), int(times[after]))
         if phase == BASELINE:
-            rest = posture
-        elif rest is not None:
-            moved = posture - rest
+            rest = window
+        elif phase == MEASURE and rest is not None:
             best = values["best_multiplexing"][after], values["best_stimulation"][after, 0]
-            queries.append(Asked(
+            yield Answered(
                 _elements(values["multiplexing"][first, 0]), 1e3 * float(values["stimulation"][first, 0, 0]),
-                moved, movement.judge(moved), float(values["quality"][after]),
-                (_elements(best[0]), 1e3 * float(best[1])), float(times[after]) / NS_PER_S))
+                float(values["quality"][after]), (_elements(best[0]), 1e3 * float(best[1])), rest, window)
+
+
+def asked_of(recording: Recording, score: SearchScore, trial: int = 0) -> list[Asked]:
+    """Every answered query, in order, with the true movement of the hand."""
+    truth = recording.signal(score.truth, trial)
+    movement = movement_of(score.movement)
+    queries: list[Asked] = []
+    for each in answered(recording, score.search, trial):
+        rest, posture = (_mean(truth.times_ns, truth.values, *window)
+                         for window in (each.rest_ns, each.measured_ns))
+        moved = posture - rest
+        queries.append(Asked(each.elements, each.current_ma, moved, movement.judge(moved), each.quality,
+                             each.best, each.measured_ns[1] / NS_PER_S))
     return queries
 
 

@@ -26,7 +26,7 @@ EXTRAS = {name: find_spec(package) is not None
 KNOWN = {"exhaustive": Exhaustive(), "listed": Listed(elements=((2,), (3, 1)), current_ma=(4.0, 8.0)),
          "random": Random(queries=7), "two_phase": TwoPhase(step_uc=0.7, best=3),
          "semi_automatic": SemiAutomatic(step_ma=3.0, stairs=5),
-         "gaussian_process": GaussianProcess(queries=9, patience=4),
+         "gaussian_process": GaussianProcess(queries=9),
          "optuna": OptunaSearch(queries=6, first=3)}
 NAMES = [name for name in KNOWN if EXTRAS.get(name, True)]
 
