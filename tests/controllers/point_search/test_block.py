@@ -11,7 +11,9 @@ from controllers.point_search.exhaustive import Listed
 from controllers.point_search.space import SearchSpace
 from controllers.point_search.state import BASELINE, ENDED, MEASURE, Timetable
 from controllers.point_search.strategies import Strategies, TwoPhase
+from fesloop import Recording, load
 from fesloop.errors import InputError
+from fesloop.experiment.metrics.search import answered
 from fesloop.hand.movements import FREEDOMS, movement_of
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
@@ -176,3 +178,24 @@ def test_what_cannot_be_is_refused_by_name():
         Timetable(rest_s=0.1)
     with pytest.raises(InputError, match="above 0"):
         replace(Timetable(), measure_s=0.0)
+
+
+def test_a_search_begins_with_the_recording_of_another(tmp_path):
+    pytest.importorskip("sklearn")
+    short = ["duration_s=9", "tracker=ideal"]
+    first = load("array_search_gp", [*short, "movement=pinch"]).run(tmp_path)
+    earlier = f"blocks.search.earlier.file={first.recording}"
+    with pytest.raises(InputError, match="is a search for pinch"):
+        load("array_search_gp", ["movement=finger_opening", earlier])
+    with pytest.raises(InputError, match="is not used by the strategy exhaustive"):
+        load("array_search_exhaustive", ["movement=pinch", earlier])
+    with Recording(first.recording) as recording:
+        asked = list(answered(recording, "search"))
+    assert len(asked) >= 2
+    second = load("array_search_gp", [*short, "movement=pinch", "day=2", f"earlier={first.recording}"])
+    search = next(node.part for node in second.nodes if node.name == "search")
+    assert [(each.elements, each.current_ma, each.quality) for each in search.earlier.responses] == [
+        (each.elements, each.current_ma, each.quality) for each in asked]
+    other = load("finger_pid_latency", ["experiment.duration_s=1.0"]).run(tmp_path)
+    with pytest.raises(InputError, match="block of kind point_search"):
+        load("array_search_gp", [f"earlier={other.recording}"])

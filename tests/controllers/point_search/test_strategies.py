@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import norm
 
+from controllers.point_search.block import PointSearch
 from controllers.point_search.contract import Response
+from controllers.point_search.earlier import EarlierResponse, EarlierSearch
 from controllers.point_search.exhaustive import Exhaustive, Listed, Random, candidates
 from controllers.point_search.gaussian_process import GaussianProcess, expected_improvement
 from controllers.point_search.optuna_search import OptunaSearch
@@ -172,30 +175,86 @@ def test_the_gaussian_process_needs_a_fraction_of_a_random_search(acquisition):
 
 
 @pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
-def test_the_gaussian_process_is_that_of_the_formula():
+@pytest.mark.parametrize("acquisition", ["ei", "ucb"])
+@pytest.mark.parametrize("yesterday", [(), ((2, 0.5), (7, -0.4), (9, 0.1))])
+def test_the_gaussian_process_is_that_of_the_formula(yesterday, acquisition):
     """Posterior mean and sd by the textbook's equations (Rasmussen and Williams, 2.25 and 2.26)."""
     space = SearchSpace(layouts=(ArrayLayout(rows=2, columns=2),), currents_ma=(10.0, 20.0))
-    strategy = GaussianProcess(zone_height=0.0)
-    state, queries = strategy.start(space, 0), candidates(space)
-    told = [(queries[0], 0.3), (queries[5], -0.2), (queries[9], 0.6)]
-    for query, quality in told:
-        strategy.tell(state, query, Response(quality, np.zeros(len(FREEDOMS))))
+    queries = candidates(space)
+    responses = [EarlierResponse(elements=queries[k].elements, quality=quality,
+                                 current_ma=queries[k].current_ma + 1e-12) for k, quality in yesterday]
+    space = replace(space, earlier=EarlierSearch(movement="pinch", responses=tuple(responses)))
+    strategy = GaussianProcess(zone_height=0.0, acquisition=acquisition, day_share=0.7)
+    state = strategy.start(space, 0)
+    told = [(0, 0.3), (5, -0.2), (9, 0.6)]
+    for k, quality in told:
+        strategy.tell(state, queries[k], Response(quality, np.zeros(len(FREEDOMS))))
 
-    def covariance(a, b):
+    def covariance(one, other):
+        (a, day), (b, other_day) = one, other
+        a, b = queries[a], queries[b]
         place = np.sum((space.position(a.elements) - space.position(b.elements))**2) / strategy.place_mm**2
         current = ((a.current_ma - b.current_ma) / strategy.current_ma)**2
         number = ((len(a.elements) - len(b.elements)) / strategy.elements)**2
         r = np.sqrt(5.0 * (place + current + number))
-        return strategy.spread**2 * (1.0 + r + r * r / 3.0) * np.exp(-r)
+        share = 1.0 if day == other_day else strategy.day_share
+        return share * strategy.spread**2 * (1.0 + r + r * r / 3.0) * np.exp(-r)
 
-    among = np.array([[covariance(a, b) for b, _ in told] for a, _ in told]) + strategy.noise**2 * np.eye(3)
-    across = np.array([[covariance(a, b) for b, _ in told] for a in queries])
-    mean = across @ np.linalg.solve(among, [quality for _, quality in told])
-    variance = strategy.spread**2 - np.sum(across * np.linalg.solve(among, across.T).T, axis=1)
-    left = [k for k, query in enumerate(queries) if query not in {query for query, _ in told}]
-    promise = mean + strategy.kappa * np.sqrt(variance)
+    known = [(k, 0) for k, _ in yesterday] + [(k, 1) for k, _ in told]
+    among = np.array([[covariance(a, b) for b in known] for a in known])
+    among += strategy.noise**2 * np.eye(len(known))
+    across = np.array([[covariance((k, 1), b) for b in known] for k in range(len(queries))])
+    mean = across @ np.linalg.solve(among, [quality for _, quality in (*yesterday, *told)])
+    sd = np.sqrt(strategy.spread**2 - np.sum(across * np.linalg.solve(among, across.T).T, axis=1))
+    best = max(mean[[0, 5, 9]])
+    u = (mean - best) / sd
+    gain = (mean - best) * norm.cdf(u) + sd * norm.pdf(u)
+    promise = gain if acquisition == "ei" else mean + strategy.kappa * sd
+    left = [k for k in range(len(queries)) if k not in (0, 5, 9)]
     assert strategy.ask(state) == queries[max(left, key=lambda k: promise[k])]
-    assert strategy.recommend(state).quality == pytest.approx(max(mean[[0, 5, 9]]), abs=1e-9)
+    assert strategy.recommend(state).quality == pytest.approx(best, abs=1e-9)
+    most = max(gain[k] for k in left)
+    assert replace(strategy, least_gain=0.999 * most).ask(state) is not None
+    assert replace(strategy, least_gain=1.001 * most).ask(state) is None
+
+
+@pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
+def test_a_second_day_begins_where_the_first_ended():
+    """The arrays lie a little elsewhere: the first query is near the best, and few are needed."""
+    space = SearchSpace()
+
+    def search(space, middle, seed):
+        rng = np.random.default_rng(seed)
+        state, asked, found = GaussianProcess().start(space, 0), [], None
+        while (query := GaussianProcess().ask(state)) is not None:
+            away = np.linalg.norm(space.position(query.elements) - middle) / 20.0
+            off = np.log(query.current_ma / 16.0) / 0.6
+            quality = float(np.exp(-0.5 * (away**2 + off**2)) + 0.02 * rng.standard_normal())
+            GaussianProcess().tell(state, query, Response(quality, np.zeros(len(FREEDOMS))))
+            asked.append(EarlierResponse(elements=query.elements, current_ma=query.current_ma,
+                                         quality=quality))
+            found = GaussianProcess().recommend(state)
+        return asked, found
+
+    middle = space.position((43,))
+    first, _ = search(space, middle, 1)
+    moved = replace(space, earlier=EarlierSearch(movement="pinch", responses=tuple(first)))
+    second, found = search(moved, middle + np.array([3.0, -3.0, 5.0]), 2)
+    assert second[0].quality > 0.7
+    assert len(second) < 0.5 * len(first)
+    assert found.quality > 0.9
+
+
+@pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
+@pytest.mark.parametrize(("earlier", "strategy", "named"), [
+    (("pinch", (3,)), "gaussian_process", "is a search for pinch"),
+    (("finger_opening", (3,)), "random", "is not used by the strategy random"),
+    (("finger_opening", (3, 58)), "gaussian_process", "tried no electrode")])
+def test_an_earlier_search_of_no_use_is_refused(earlier, strategy, named):
+    movement, elements = earlier
+    response = EarlierResponse(elements=elements, current_ma=8.0, quality=0.1)
+    with pytest.raises(InputError, match=named):
+        PointSearch(strategy=strategy, earlier=EarlierSearch(movement=movement, responses=(response,)))
 
 
 @pytest.mark.parametrize(("package", "strategy", "named"), [
