@@ -270,7 +270,8 @@ def _usual(tree: SegmentTree, sensors: int) -> tuple[str, ...]:
         wired = "1 sensor is wired" if sensors == 1 else f"{sensors} sensors are wired"
         raise InputError("sensed", f"is empty, and {wired}",
                          f"a name for each sensor, of {', '.join(tree.names)}",
-                         "name the sensors' segments, and give `segments` for a body that is not a hand")
+                         "name the sensors' segments, give `segments` for a body that is not a hand, or use "
+                         "the tracker constrained with joints = \"hinge\" or \"ball\" between its sensors")
     return tree.names[count - sensors:]
 
 

@@ -126,6 +126,31 @@ def test_what_a_layout_says_wrongly_is_still_refused(tmp_path):
     as_table(tmp_path, rows, "every = {acc = 3}\n")
 
 
+def test_a_slower_sensor_leaves_the_losses_of_others_lost(tmp_path):
+    """Stated for all, a lost row of the quick sensor was filled with the row before."""
+    rng, lost = np.random.default_rng(1), np.zeros(400, bool)
+    lost[rng.choice(np.arange(1, 400), 30, replace=False)] = True
+    rows = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 9.81], (400, 2)) + 0.1 * rng.random((400, 12))
+    rows[np.ix_(np.arange(400) % 2 == 1, range(6, 12))] = np.nan
+    rows[lost, :6] = np.nan
+    np.savetxt(tmp_path / "two.csv", rows, delimiter=",")
+    quick, slow = ("[sensors.quick]\ngyr = [1, 2, 3]\nacc = [4, 5, 6]\n",
+                   "[sensors.slow]\ngyr = [7, 8, 9]\nacc = [10, 11, 12]\n")
+    own = "every = {gyr = 2, acc = 2}\n"
+
+    def imported(text):
+        (tmp_path / "two.toml").write_text("rate = 100\n" + text)
+        return open_recording(tmp_path / "two.csv", layout=tmp_path / "two.toml")
+
+    head = "[text]\nheader = 0\n"
+    with pytest.raises(InputError, match=r"slow: gyr.*`sensors\.slow\.every = \{gyr = 2\}`"):
+        imported(head + quick + slow)
+    found = imported(head + quick + slow + own)
+    np.testing.assert_array_equal(np.isnan(found.gyr[:, 0]).any(axis=1), lost)
+    np.testing.assert_array_equal(found.gyr[1::2, 1], found.gyr[::2, 1])
+    assert np.isnan(imported(own + head + quick + slow).gyr[:, 0]).any(axis=1).sum() < lost.sum()
+
+
 @pytest.mark.parametrize("tracker", ["vqf", "vqf9", "seel_ruppin"])
 @pytest.mark.parametrize(("acc", "mag"), [(2, 1), (4, 8)])
 def test_angles_of_a_table_of_several_rates_are_the_true_ones(tmp_path, tracker, acc, mag):

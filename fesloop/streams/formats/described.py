@@ -46,8 +46,8 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
                 samples = source.columns(place, 3, f"{layout_path}: sensors.{name}.{kind}")
                 sensors.setdefault(name, {})[kind] = sensor.turned(samples * scales[kind])
     _require_single(source, layout, layout_path)
-    every = asdict(layout.every)
-    sensors = {name: hold(samples, every) for name, samples in sensors.items()}
+    sensors = {name: hold(samples, asdict(layout.sensors[name].every or layout.every))
+               for name, samples in sensors.items()}
     length = len(next(iter(sensors.values()))["gyr"])
     stamps, rate = _time_base(source, layout.rate, layout.time, length, layout, f"{layout_path}: ")
     checks.equal_lengths({f"sensors.{name}.{kind}": len(samples) for name, each in sensors.items()

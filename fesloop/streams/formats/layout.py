@@ -74,6 +74,21 @@ Place = str | int | tuple[str | int, ...] | Columns
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EveryLayout:
+    """Rows from one sample of a kind to the next; each value holds until then."""
+
+    gyr: int = 1
+    acc: int = 1
+    mag: int = 1
+
+    def __post_init__(self) -> None:
+        for kind in ("gyr", "acc", "mag"):
+            rows = getattr(self, kind)
+            if not 1 <= rows <= _MOST_ROWS:
+                raise InputError(kind, f"{rows}", f"1 to {_MOST_ROWS} rows")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SensorLayout:
     """Columns of one sensor's samples.
 
@@ -83,6 +98,7 @@ class SensorLayout:
     orientation: four columns, a quaternion measured by other means; may be left out.
     axes: axes of the sensor that point along x, y and z of its segment. Samples are then converted to the
         segment's frame; so are reference orientations where the reference has `sensor_frames`.
+    every: as in `Layout`, where this sensor's is another one.
     """
 
     gyr: Place
@@ -90,6 +106,7 @@ class SensorLayout:
     mag: Place | None = None
     orientation: Place | None = None
     axes: tuple[str, str, str] = _AXES
+    every: EveryLayout | None = None
 
     def __post_init__(self) -> None:
         if sorted(axis.removeprefix("-") for axis in self.axes) != sorted(_AXES):
@@ -113,21 +130,6 @@ class UnitsLayout:
     acc: str = "m/s^2"
     mag: str = "T"
     time: str = "s"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EveryLayout:
-    """Rows from one sample of a kind to the next; each value holds until then."""
-
-    gyr: int = 1
-    acc: int = 1
-    mag: int = 1
-
-    def __post_init__(self) -> None:
-        for kind in ("gyr", "acc", "mag"):
-            rows = getattr(self, kind)
-            if not 1 <= rows <= _MOST_ROWS:
-                raise InputError(kind, f"{rows}", f"1 to {_MOST_ROWS} rows")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,7 +165,8 @@ class Layout:
     ----------
     sensors: layouts by the sensor's name, in the order of the recording.
     rate: sampling rate, Hz; or `time`: column of the instants, in `units.time`, from any origin.
-    every: number of rows per sample, for kinds of samples that are not in every row.
+    every: number of rows per sample, for kinds of samples that are not in every row; of all sensors that
+        state none of their own. A sample that is missing then counts as held, not as lost.
     units, text, reference: their own tables.
     pairs: names of (parent, child) sensors on neighbouring segments, each pair once, in no loop.
     resample: rate of the common instants for resampling the streams of an XDF file, Hz.
@@ -191,6 +194,7 @@ class Layout:
             stated = [f"sensors.{name}.orientation" for name, each in self.sensors.items()
                       if each.orientation]
             stated += ["every"] * (self.every != EveryLayout())
+            stated += [f"sensors.{name}.every" for name, each in self.sensors.items() if each.every]
             if stated:
                 raise InputError("resample", f"{self.resample} and {stated[0]} are given", "one of the two")
         for pair in self.pairs:

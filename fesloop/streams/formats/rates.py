@@ -142,7 +142,10 @@ def require_one_rate(recording: MotionRecording) -> None:
     for number, sensor in enumerate(recording.sensors):
         for kind, flags in there.items():
             if _has_own_rate(flags[:, number], any_there[:, number]):
-                raise _refusal(f"{recording.path}: {sensor}: {kind}", kind, flags[:, number])
+                shares = flags.mean(axis=0)
+                alone = bool(np.delete(shares, number).max(initial=0.0) > 0.5 * (1.0 + shares[number]))
+                raise _refusal(f"{recording.path}: {sensor}: {kind}", kind, flags[:, number],
+                               f"sensors.{sensor}.every" if alone else "every")
 
 
 def _has_own_rate(there: Flags, sensor_there: Flags) -> bool:
@@ -170,12 +173,13 @@ def _is_regular(lengths: NDArray[np.int64]) -> bool:
     return bool(pairs.max() >= _REGULAR * lengths.size)
 
 
-def _refusal(where: str, kind: str, there: Flags) -> InputError:
+def _refusal(where: str, kind: str, there: Flags, key: str) -> InputError:
+    """Error that proposes `key` of a layout, for this sensor alone where others have all rows."""
     rows = np.diff(np.flatnonzero(there))
     usual = int(np.median(rows)) if rows.size else 0
     whole = usual > 1 and (rows == usual).mean() >= _REGULAR
     how = f", usually every {_ordinal(usual)}" if whole else ""
-    remedy = (f"say so in a layout, `every = {{{kind} = {usual}}}`: each value then holds until the next"
+    remedy = (f"say so in a layout, `{key} = {{{kind} = {usual}}}`: each value then holds until the next"
               if whole else "give a table of one rate, with the rows of one kind alone")
     return InputError(where, f"is there in {int(there.sum())} of {there.size} rows{how}: it has a rate of "
                       "its own, and nothing is resampled unasked",
