@@ -22,8 +22,8 @@ from estimators.body.body import (
     worn_as_stated,
 )
 from estimators.body.misalignment import misalignment
-from estimators.kortier.chain import Filters, Gates, forget_chains, new_filters
-from estimators.kortier.navigation import HandFilter, HandGates, forget_hands, new_hands
+from estimators.kortier.chain import Filters, Gates, begin_again, new_filters
+from estimators.kortier.navigation import HandFilter, HandGates, begin_hands_again, new_hands
 from estimators.kortier.samples import Moment, Trust, no_moment
 from estimators.kortier.tick import Posture, Settings, Worn, report_unseen, track, worn_by
 from estimators.kortier.tilts import Tilts, compare_along_hinges, mounting_scale, new_tilts
@@ -44,6 +44,9 @@ _SPACING = 0.5
 _MISLED_SDS = 6.0
 """Estimated bias, in sds of what is stated, that shows that the field misleads (chosen: of a real chain
 without magnetometers it is at most 5, on foam; with them, in a field that is not the earth's, 8 to 20)."""
+_MISLED_HEADING = math.radians(30.0)
+"""Sd of the headings of joints that are no hinges once the field has misled, rad (chosen: a real chain's is 20
+to 60 deg off then, hands' 5 to 30)."""
 _USUAL = HandSize()
 _POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
              "constraint_sd_deg", "mounting_sd_deg", "axis_sd_deg", "fusion_sd_deg",
@@ -96,7 +99,8 @@ class KortierTracker:
     Their rates may differ: give the tracker the rate of the gyroscopes. Magnetometers other than those of
     bases and tips are not read. Without magnetometers (`magnetometers` false, or `mag` not wired, where
     `sensors` must be given) headings depend on the gyroscopes and the joints alone. Use this where the field
-    is not the earth's: gates on magnitudes alone pass much of a disturbed field.
+    is not the earth's: gates on magnitudes alone pass much of a disturbed field. A field with which the
+    gyroscopes agree only by biases beyond 6 sds is read no more ("field_misleads").
 
     Outputs `orientation` (n, 4), segment to earth (z up; with magnetometers y to magnetic north, else the
     heading is zero at the start); `angles` (a,), rad, all freedoms of the tree; `angle_sd` (a,), rad;
@@ -267,9 +271,10 @@ class KortierTracker:
             elapsed = elapsed[0], elapsed[1], 0.0
         angles, tips = np.empty((3, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
         posture = Posture(np.empty((self.sensors, 4)), angles, tips)
+        settings = self.settings._replace(heading=_MISLED_HEADING ** 2) if state.misled else self.settings
         joints = track(
-            arrivals.samples, arrivals.codes, elapsed, arrivals.period_s, worn, self.settings,
-            state.hands, state.filters, state.moment, state.scale, posture)
+            arrivals.samples, arrivals.codes, elapsed, arrivals.period_s, worn, settings, state.hands,
+            state.filters, state.moment, state.scale, posture)
         state.followed_s += elapsed[0]
         read = self.magnetometers and inputs[-1].present and not state.misled
         if self._compare(state, float(elapsed[1])) and read:
@@ -283,7 +288,7 @@ class KortierTracker:
                 motion[worn.base, 0].copy(), aligned_value(True), angles[2])
 
     def _compare(self, state: KortierState, elapsed_s: float) -> bool:
-        """Compare accelerations along hinges, now and then, for the scale of mounting and axes."""
+        """Compare accelerations along hinges for the scale of mounting; return whether it was time."""
         state.compared_s += elapsed_s
         if not (elapsed_s > 0.0 and state.compared_s >= _SPACING * self.error_time_s):
             return False
@@ -297,8 +302,8 @@ class KortierTracker:
     def _doubt_field(self, state: KortierState, tick: Tick) -> None:
         """Read magnetometers no more once only biases that no gyroscope has explain what they say.
 
-        A field that turns a joint by more than its gyroscopes do is a bias to the filter. All rotations are
-        unknown then, until accelerations and joints tell them again, and biases begin anew.
+        A field that turns a joint by more than its gyroscopes do is a bias to the filter. Filters then go on
+        from their rotations with the sds of the beginning, and biases begin anew.
         """
         bias_sd = math.radians(self.bias_sd_deg_s)
         sd = math.hypot(bias_sd, self.bias_walk * math.sqrt(state.followed_s))
@@ -307,8 +312,9 @@ class KortierTracker:
             return
         state.misled = True
         _, worn = self._wearer()
-        forget_chains(worn.chains, state.filters, bias_sd, self.settings.gates.offset_sd)
-        forget_hands(state.hands, self.settings.own)
+        begin_again(worn.chains, state.filters, math.radians(self.angle_sd_deg), bias_sd,
+                    self.settings.gates.offset_sd)
+        begin_hands_again(state.hands, self.settings.own)
         tick.report("field_misleads", (
             f"magnetometers agree with gyroscopes only with an offset of {math.degrees(greatest):.1f} "
             f"deg/s, over {_MISLED_SDS:g} times bias_sd_deg_s: magnetometers are read no more, and headings "

@@ -276,9 +276,9 @@ def _look(chain: Chain, moment: Moment, gates: Gates, begun: Any) -> bool:
     return changed
 
 
-def forget_chains(chains: Chains, filters: Filters, bias_sd: float, offset_sd: float) -> None:
-    """Make the rotations of all joints unknown, and biases and offsets those of filters that begin."""
-    fresh = new_filters(chains, filters.q, UNSEEN_SD / math.sqrt(3.0), bias_sd, offset_sd)
+def begin_again(chains: Chains, filters: Filters, angle_sd: float, bias_sd: float, offset_sd: float) -> None:
+    """Give filters the covariance, the biases and the offsets of the beginning; their rotations stay."""
+    fresh = new_filters(chains, filters.q, angle_sd, bias_sd, offset_sd)
     for name in ("bias", "covariance", "offset", "offset_variance"):
         getattr(filters, name)[:] = getattr(fresh, name)
 

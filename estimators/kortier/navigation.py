@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import UNSEEN_SD
 from estimators.kortier.chain import Gates, length
 from estimators.kortier.error_state import (
     absorb,
@@ -288,11 +287,10 @@ def new_hands(count: int, window: int) -> HandFilter:
         np.tile([UPWARDS, (0.0, 0.0, 0.0)], (count, 1, 1)), np.zeros((count, 5), dtype=np.int64))
 
 
-def forget_hands(hands: HandFilter, own: HandGates) -> None:
-    """Make the attitudes of all hands unknown; biases and velocities are those of filters that begin."""
+def begin_hands_again(hands: HandFilter, own: HandGates) -> None:
+    """Give filters the covariance, biases and velocities of the beginning; attitudes and positions stay."""
     hands.bias[:], hands.motion[:, 0], hands.covariance[:], hands.shared[:] = 0.0, 0.0, 0.0, 0.0
-    sds = (UNSEEN_SD / math.sqrt(3.0), own.bias_sd, own.still_sd)
-    for first, sd in zip((0, BIAS, VELOCITY), sds, strict=True):
+    for first, sd in ((0, own.angle_sd), (BIAS, own.bias_sd), (VELOCITY, own.still_sd)):
         for i in range(first, first + 3):
             hands.covariance[:, i, i] = sd ** 2
 

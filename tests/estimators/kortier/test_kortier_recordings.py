@@ -5,6 +5,7 @@ import pytest
 from tracker_parts import run_tracker
 
 from estimators.kortier import KortierTracker
+from fesloop import Recording, load
 from fesloop.apps.bench.tracker import tick_times_us
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand import quaternion
@@ -107,9 +108,9 @@ def test_sixteen_streams_keep_up_with_100_hz(recordings):
     assert late < 10_000.0
 
 
-@pytest.mark.parametrize(("sensor_set", "hinges"), [(name, hinges) for name, hinges, _ in PUBLISHED])
+@pytest.mark.parametrize(("sensor_set", "hinges"), [("rigid", 5.0), ("nonrigid", 11.0)])
 def test_a_field_that_misleads_is_read_no_more(sensor_set, hinges, recordings):
-    """Indoors, beside iron: a joint was over 100 deg off and called certain."""
+    """Indoors, beside iron: hinges were 6 and 22 deg off, a ball joint over 100 and called certain."""
     recording = open_recording(str(recordings / "chain5" / "trial1.npz"), sensor_set)
     block = KortierTracker(sensors=5)
     kinds = recording.gyr, recording.acc, recording.mag
@@ -118,9 +119,21 @@ def test_a_field_that_misleads_is_read_no_more(sensor_set, hinges, recordings):
     assert "set magnetometers = false" in detail
     score = score_recording(recording, recording.stamps_ns, outputs[0], "absolute")
     assert np.mean([rmse(score, f"seg{i}-seg{i + 1}") for i in (2, 3, 4)]) < hinges
-    ball_sd = np.degrees(np.median(outputs[2][:, :3]))
-    assert ball_sd > 0.5 * rmse(score, "seg1-seg2")
+    ball_sd = np.degrees(np.median(outputs[2][:, :3], axis=0))
+    assert rmse(score, "seg1-seg2") < 3.5 * ball_sd.max()
     begun = [kind[:400].copy() for kind in kinds]
     again = run_tracker(block, *begun, rate=recording.rate)[0]
     begun[2][200:] = np.nan
     np.testing.assert_array_equal(run_tracker(block, *begun, rate=recording.rate)[0][0], again[0])
+
+
+@pytest.mark.parametrize(("magnet", "told"), [(0, False), (2, True)])
+def test_a_magnet_beside_the_hand_is_found_and_no_other(magnet, told, tmp_path):
+    """Without one nothing is reported; with it the controlled joints are followed better."""
+    settings = ["tracker=kortier", f"magnet_a_m2={magnet}"]
+    done = load("grasp_mpc", settings).run(tmp_path)
+    with Recording(done.recording) as recording:
+        found = [event.status for event in recording.events if event.where == "tracker"]
+    assert ("field_misleads" in found) == told
+    if told:
+        assert done.metrics["tracker_rmse_deg"][0] < 3.0
