@@ -45,8 +45,8 @@ _MISLED_SDS = 6.0
 """Estimated bias, in sds of what is stated, that shows that the field misleads (chosen: of a real chain
 without magnetometers it is at most 5, on foam; with them, in a field that is not the earth's, 8 to 20)."""
 _MISLED_HEADING = math.radians(30.0)
-"""Sd of the headings of joints that are no hinges once the field has misled, rad (chosen: a real chain's is 20
-to 60 deg off then, hands' 5 to 30)."""
+"""Sd of the headings of joints that are no hinges once the field has misled, rad (chosen: a real chain's is
+20 to 60 deg off then, hands' 5 to 30)."""
 _USUAL = HandSize()
 _POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
              "constraint_sd_deg", "mounting_sd_deg", "axis_sd_deg", "fusion_sd_deg",
@@ -288,7 +288,7 @@ class KortierTracker:
                 motion[worn.base, 0].copy(), aligned_value(True), angles[2])
 
     def _compare(self, state: KortierState, elapsed_s: float) -> bool:
-        """Compare accelerations along hinges for the scale of mounting; return whether it was time."""
+        """Compare accelerations for the scale of mounting and axes; return whether it was time."""
         state.compared_s += elapsed_s
         if not (elapsed_s > 0.0 and state.compared_s >= _SPACING * self.error_time_s):
             return False
