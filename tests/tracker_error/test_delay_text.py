@@ -24,6 +24,14 @@ def test_a_shift_is_told_either_way_and_only_more_than_half_a_sample_is_the_refe
         assert f"--reference-late {shift - half:.3g} " in ahead
 
 
+@settings(deadline=None, max_examples=20)
+@given(st.floats(1.1, 500.0))
+def test_a_tracker_that_leads_by_nothing_leaves_all_to_the_reference(shift):
+    assert f"--reference-late {shift:.3g} corrects" in delay_text(shift, 0.0, True)
+    assert "half a sample" not in delay_text(shift, 0.0, True)
+    assert f"--reference-late {-shift:.3g} corrects" in delay_text(-shift, 0.0, True)
+
+
 @pytest.mark.parametrize("recorded", [False, True])
 def test_hardly_any_shift_is_not_told(recorded):
     assert delay_text(0.9, 20.0, recorded) == delay_text(-0.9, 20.0, recorded) == ""

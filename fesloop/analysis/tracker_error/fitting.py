@@ -123,6 +123,7 @@ class FittedError:
         whole period before it, as VQF does, leads by so much where gyroscopes sample an instant.
     recorded_reference: whether the errors are against a recording's reference rather than a simulation's
         truth.
+    trackers: kinds of the trackers that played recordings, each once.
     fitted_s, judged_s: length of both halves. from_s: beginning of the first, the scored part once aligned.
     """
 
@@ -135,6 +136,7 @@ class FittedError:
     ahead_ms: float
     half_sample_ms: float
     recorded_reference: bool
+    trackers: tuple[str, ...]
     fitted_s: float
     judged_s: float
     from_s: float
@@ -147,7 +149,7 @@ class FittedError:
         return {"source": self.process.source, "recordings": list(self.recordings),
                 "fitted_s": self.fitted_s, "judged_s": self.judged_s, "from_s": self.from_s,
                 "ahead_ms": self.ahead_ms, "half_sample_ms": self.half_sample_ms,
-                "recorded_reference": self.recorded_reference,
+                "recorded_reference": self.recorded_reference, "trackers": list(self.trackers),
                 "age_ms": self.process.age_ms, "loss": self.process.loss,
                 "angles": angles, "differences": [asdict(each) for each in self.differences],
                 "too_slow_to_tell": list(self.too_slow), "left_out": list(self.left_out)}
@@ -247,6 +249,7 @@ def fit_measured(*measured: MeasuredErrors, seed: int = 0, progress: Progress | 
         ahead_ms=1e3 * float(np.median(leads)) if leads else 0.0,
         half_sample_ms=0.5 * float(np.median([sample_ms(each.estimates) for each in measured])),
         recorded_reference=any(each.recorded for each in measured),
+        trackers=tuple(dict.fromkeys(each.tracker for each in measured if each.tracker)),
         fitted_s=_length(enough, 0), judged_s=_length(enough, 1),
         from_s=float(next(iter(enough.values()))[0][0].times_s[0]),
         too_slow=tuple(fit.series.name for fit in fits if fit.too_slow),

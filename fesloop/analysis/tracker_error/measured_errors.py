@@ -51,7 +51,7 @@ class MeasuredErrors:
     cut_s: middle of the recording.
     estimates: the tracker's output. lost: (n,), ticks for which a sensor's sample was lost.
     recorded: whether the errors are against a recorded reference rather than a plant's truth.
-    source: recording and tracker, in words.
+    source: recording and tracker, in words. tracker: its kind; empty for a run, whose truth is its plant's.
     """
 
     records: tuple[ErrorRecord, ...]
@@ -60,6 +60,7 @@ class MeasuredErrors:
     lost: NDArray[np.bool_]
     recorded: bool
     source: str
+    tracker: str = ""
 
 
 def measured_errors(recording: Recording, reference_late_ns: int = 0) -> MeasuredErrors:
@@ -111,7 +112,7 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
     of_set = f" {source.sensor_set}" if source.sensor_set else ""
     return MeasuredErrors(records=tuple(records), cut_s=cut_s, estimates=signal,
                           lost=_lost_samples(source, captured, scored_ticks), recorded=True,
-                          source=f"{source.path.name}{of_set}, tracker {kind}")
+                          source=f"{source.path.name}{of_set}, tracker {kind}", tracker=kind)
 
 
 def _require_aligned(recording: Recording, estimate: str) -> None:

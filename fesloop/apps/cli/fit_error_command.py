@@ -10,6 +10,8 @@ from fesloop.apps.cli.output import free_target, print_made, print_table, progre
 
 _AHEAD_MS = 1.0
 """Least shift that is reported (chosen)."""
+_OF_MEANS = {"constrained", "kortier"}
+"""Trackers that take the mean of a rate and the one before for the time between: they lead by nothing."""
 
 
 def execute(args: Namespace) -> int:
@@ -46,7 +48,8 @@ def _print(report: dict[str, Any]) -> None:
     print("increments: that of the process less the measured one, over "
           f"{', '.join(f'{time:.2g}' for time in times_s)} s, %", file=sys.stderr)
     print(f"age {report['age_ms']:g} ms at least, {100.0 * report['loss']:.3g} % lost", file=sys.stderr)
-    if shift := delay_text(report["ahead_ms"], report["half_sample_ms"], report["recorded_reference"]):
+    half_ms = 0.0 if set(report["trackers"]) <= _OF_MEANS else report["half_sample_ms"]
+    if shift := delay_text(report["ahead_ms"], half_ms, report["recorded_reference"]):
         print(shift, file=sys.stderr)
     for key, text in (("too_slow_to_tell", "correlated for longer than half of this recording can show"),
                       ("left_out", "too few samples to fit")):
@@ -57,7 +60,8 @@ def _print(report: dict[str, Any]) -> None:
 def delay_text(ahead_ms: float, half_sample_ms: float, recorded: bool) -> str:
     """Describe by how much estimates are shifted in time, and possible causes; empty for a small shift.
 
-    `recorded`: whether the reference is a recorded one, whose stamps may be late, and not a plant's truth.
+    half_sample_ms: 0 for trackers that lead by nothing.
+    recorded: whether the reference is a recorded one, whose stamps may be late, and not a plant's truth.
     """
     if abs(ahead_ms) <= _AHEAD_MS:
         return ""
@@ -65,6 +69,9 @@ def delay_text(ahead_ms: float, half_sample_ms: float, recorded: bool) -> str:
     if not recorded:
         return f"the estimates are {which} the truth"
     shift = f"the estimates are {which} the reference"
+    if not half_sample_ms:
+        cause = "its stamps are late" if ahead_ms > 0.0 else "the tracker lags, or its stamps are early"
+        return f"{shift}: {cause}; --reference-late {ahead_ms:.3g} corrects stamps"
     late_ms = ahead_ms - half_sample_ms
     own = (f"a tracker that takes each rate for the whole period before it, such as vqf, is half a sample "
            f"ahead, {half_sample_ms:.3g} ms")
