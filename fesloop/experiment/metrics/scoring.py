@@ -63,7 +63,7 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     controller: the total need not be joint_rmse_deg. Under joints the same by joint; range_deg, how far each
     joint moved, where only truth is scored. `grasp_metrics`, `cycle_metrics` and `search_metrics` describe
     their own. orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that
-    was played, from orientation_from_s on where the tracker says when it is aligned. joint_angle_rmse_deg:
+    was played, from orientation_from_s on where the tracker is aligned later. joint_angle_rmse_deg:
     by pair, of the angle that the tracker gives to a controller, against that of the reference by the same
     convention; flexion_axis_share: share of a pair's turning about the axis of that angle, where it turns.
     fingertip_rmse_mm: by tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker
@@ -313,8 +313,9 @@ def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     orientation = np.where(counted[:, np.newaxis, np.newaxis], signal.values[captured], np.nan)
     scores: dict[str, Any] = score_recording(played.source, signal.newest_ns[captured] + played.start_ns,
                              orientation, "absolute" if magnetic else "relative")
-    if scores and counted.any() and alignments(recording, score.orientation):
-        scores["orientation_from_s"] = float(signal.times_ns[captured][counted][0]) / NS_PER_S
+    times_ns = signal.times_ns[captured]
+    if scores and not counted[times_ns >= _ns(score.after_s)][0]:
+        scores["orientation_from_s"] = float(times_ns[counted][0]) / NS_PER_S
     return scores | _angle_metrics(recording, score, played.source, tracker, played.start_ns)
 
 
