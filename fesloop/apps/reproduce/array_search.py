@@ -30,8 +30,6 @@ from fesloop.hand.movements import MUSCLES, MovementName, movement_of
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import Sample, Value
-from plants.electrodes.arrays import ALONG
-from plants.electrodes.recruitment import Electrodes
 
 Array = NDArray[np.float64]
 Key = tuple[tuple[int, ...], float]
@@ -148,10 +146,10 @@ def displaced(member: int, day: int) -> tuple[str, ...]:
     """Settings of a member on a day, whose anatomy lies elsewhere; the arrays' edges stay on the forearm."""
     around, along = np.random.default_rng(member).uniform(-_ELSEWHERE, _ELSEWHERE, 2)
     usual = (f"member={member}", f"day={day}")
-    nodes = load("array_search_gp", usual).nodes
-    electrodes = next(node.part for node in nodes if isinstance(node.part, Electrodes))
-    places = electrodes.places[:, ALONG]
-    along = float(np.clip(along, -places.min(), electrodes.length_mm - places.max()))
+    parts: dict[str, Any] = {node.name: node.part for node in load("array_search_gp", usual).nodes}
+    electrodes = parts["electrodes"]
+    from_elbow_mm = electrodes.places[:, 1]
+    along = float(np.clip(along, -from_elbow_mm.min(), electrodes.length_mm - from_elbow_mm.max()))
     return (*usual, f"blocks.electrodes.shift_deg={electrodes.shift_deg + float(around)!r}",
             f"blocks.electrodes.shift_mm={electrodes.shift_mm + along!r}")
 
