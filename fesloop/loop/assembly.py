@@ -96,6 +96,39 @@ class BlockStation:
             self.events.append((time_ns, self.name, "skipped",
                                 f"tick {index}: busy until {self.busy_until / NS_PER_MS:.6f} ms"))
             return due
+        oldest, newest = self.read(time_ns)
+        tick = self.tick
+        tick.index, tick.time_ns = index, time_ns
+        left = time_ns
+        if self._execution is None:
+            values = self._step(self.state, self.held, tick)
+        else:
+            started = perf_counter_ns()
+            values = self._step(self.state, self.held, tick)
+            left += self._duration_ns(index, perf_counter_ns() - started)
+            self.busy_until = left
+        if tick.captured_ns != NEVER:
+            oldest = newest = self._captured_ns(time_ns)
+        values = self._take(values)
+        for finite, value in zip(self._checks, values, strict=False):
+            if not finite(value):
+                values = self._made_safe(values)
+                break
+        if tick.reports:
+            self._record_reports(time_ns)
+        if self._checks and not values:
+            return due
+        for port, append, latency in self._plain:
+            append((values[port], oldest, newest, left + latency))
+        for port, send in self._random:
+            send(index, values[port], oldest, newest, left)
+        self.sent += 1
+        if self.rows is not None:
+            self.rows.append((index, time_ns, left, oldest, newest, values))
+        return due
+
+    def read(self, time_ns: int) -> tuple[int, int]:
+        """Take into `held` what has arrived by `time_ns`; return the oldest and the newest capture of all."""
         for publisher in self._publishers:
             if publisher.due <= time_ns:
                 publisher.until(time_ns)
@@ -123,35 +156,7 @@ class BlockStation:
                 held[port] = held[port]._replace(value=np.array([held[port][0]]))
         if newest < 0:
             oldest = newest = 0 if self._incoming else time_ns
-        tick = self.tick
-        tick.index, tick.time_ns = index, time_ns
-        left = time_ns
-        if self._execution is None:
-            values = self._step(self.state, held, tick)
-        else:
-            started = perf_counter_ns()
-            values = self._step(self.state, held, tick)
-            left += self._duration_ns(index, perf_counter_ns() - started)
-            self.busy_until = left
-        if tick.captured_ns != NEVER:
-            oldest = newest = self._captured_ns(time_ns)
-        values = self._take(values)
-        for finite, value in zip(self._checks, values, strict=False):
-            if not finite(value):
-                values = self._made_safe(values)
-                break
-        if tick.reports:
-            self._record_reports(time_ns)
-        if self._checks and not values:
-            return due
-        for port, append, latency in self._plain:
-            append((values[port], oldest, newest, left + latency))
-        for port, send in self._random:
-            send(index, values[port], oldest, newest, left)
-        self.sent += 1
-        if self.rows is not None:
-            self.rows.append((index, time_ns, left, oldest, newest, values))
-        return due
+        return oldest, newest
 
     def skip(self, why: str) -> None:
         """Skip the tick that is due, and record that."""

@@ -30,6 +30,7 @@ from fesloop.loop.latency import LatencyReport
 from fesloop.loop.nodes import Node
 from fesloop.loop.plants import Sampler
 from fesloop.loop.record import EventRow, Recorder
+from fesloop.loop.signals import Sample
 from fesloop.loop.wiring import Wiring, require_count
 
 
@@ -165,6 +166,14 @@ class Agenda:
             now, number, station = heap[0]
             heapreplace(heap, (station.fire(now), number, station))
 
+    def run_before(self, time_ns: int, turn: BlockStation) -> None:
+        """Fire everything due before `time_ns`, and at `time_ns` what comes before a block's turn."""
+        heap = self._heap
+        last = (time_ns, next(number for _, number, station in heap if station is turn))
+        while heap[0][:2] < last:
+            now, number, station = heap[0]
+            heapreplace(heap, (station.fire(now), number, station))
+
     def arrive(self, clock: RateClock, time_ns: int, skipping: Collection[str]) -> None:
         """Let a clock of arrivals tick at `time_ns`; the blocks of these names skip the tick."""
         for place, (_, number, station) in enumerate(self._heap):
@@ -259,7 +268,28 @@ class Loop:
         fails; the record stays, and the loop continues from a snapshot only. Raises InputError, and
         does nothing, where `time_ns` is not a whole number.
         """
+        self._advance(_whole_ns(time_ns), None)
+
+    def run_until_turn(self, name: str, time_ns: int) -> tuple[Sample, ...]:
+        """Do everything due before a block's tick at `time_ns`, and return what the tick will read.
+
+        At `time_ns` itself, this is what comes before the block in the order of the wiring. What is put into
+        the block's state now, such as an action, acts in this tick, which the next call begins with.
+        Raises InputError where the block has no tick to come at `time_ns`; else as `run_until`.
+        """
         time_ns = _whole_ns(time_ns)
+        turn = next((block for block in self._blocks if block.name == name), None)
+        if turn is None:
+            raise InputError("run_until_turn", f"there is no block {name!r}",
+                             ", ".join(block.name for block in self._blocks))
+        if not turn.due <= time_ns == turn.clock.tick(turn.clock.first_at_or_after(time_ns)):
+            raise InputError("run_until_turn", f"{name} has no tick to come at {time_ns} ns",
+                             f"a tick from {turn.due} ns on")
+        self._advance(time_ns, turn)
+        return tuple(turn.held)
+
+    def _advance(self, time_ns: int, turn: BlockStation | None) -> None:
+        """Run until the end of an instant, or until a block's turn in it."""
         if self._ended:
             raise RunError(f"the loop {self._ended}")
         if self.recorder is None:
@@ -268,22 +298,26 @@ class Loop:
         try:
             # Overflow needs no warning of numpy's: what is not finite is caught where it is put out.
             with np.errstate(over="ignore", invalid="ignore"):
-                self._agenda.run_until(time_ns)
-                for publisher in self._publishers.values():
-                    publisher.until(time_ns)
-                for plant in self._plants.values():
-                    plant.settle(time_ns)
+                if turn is not None:
+                    self._agenda.run_before(time_ns, turn)
+                    turn.read(time_ns)
+                else:
+                    self._agenda.run_until(time_ns)
+                    for publisher in self._publishers.values():
+                        publisher.until(time_ns)
+                    for plant in self._plants.values():
+                        plant.settle(time_ns)
         except Exception as fault:
             self._keep(fault)
             raise
-        self.now = max(self.now, time_ns)
+        self.now = max(self.now, time_ns if turn is None else time_ns - 1)
         self._ended = ""
 
     @property
     def events(self) -> tuple[EventRow, ...]:
         """(time in ns, node, status, detail) of each report.
 
-        With a recorder, all reports in it; without one, those of the last `run_until`.
+        With a recorder, all reports in it; without one, those of the last `run_until` or `run_until_turn`.
         """
         return tuple(self._events)
 

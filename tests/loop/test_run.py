@@ -60,6 +60,48 @@ def test_an_observer_changes_no_bit(grid, record_rate):
     assert bare.blocks["pi"] == watched.blocks["pi"]
 
 
+@pytest.mark.parametrize("grid", [None, RateClock.from_rate("1000")])
+def test_a_stop_before_a_turn_shows_what_it_reads_and_changes_no_bit(grid):
+    class Watched(PeersPi):
+        def step(self, state, inputs, tick):
+            read.append(tuple(inputs))
+            return super().step(state, inputs, tick)
+
+    read, given = [], []
+    jitter = Duration(kind="uniform", low_ms=0, high_ms=30)
+    wires = [Wire("plant.y", "pi.y", rate="1000", jitter=jitter, loss=0.1), Wire("pi.u", "plant.u"),
+             Wire("pi.u", "watch.u")]
+    nodes = [Node("plant", SecondOrder(grid=grid)), Node("pi", Watched(), rate="50"),
+             Node("watch", Sink(), rate="50")]
+    whole, parts = Recorder("1000"), Recorder("1000")
+    Loop(Wiring(nodes, wires, seed=2), recorder=whole).run_until(NS_PER_S)
+    there, read = read, []
+    loop = Loop(Wiring(nodes, wires, seed=2), recorder=parts)
+    for tick in range(51):
+        given.append(loop.run_until_turn("pi", tick * 20 * NS_PER_MS))
+        assert len(read) == tick
+        assert loop.now == tick * 20 * NS_PER_MS - 1
+        if tick == 25:  # stopped there, it is saved and restored like anywhere
+            loop.restore(loop.snapshot())
+    loop.run_until(NS_PER_S)
+    assert given == read == there
+    assert parts.blocks["pi"] == whole.blocks["pi"]
+    for ours, theirs in zip(recorded_output(parts), recorded_output(whole), strict=True):
+        assert np.array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize(("name", "time_ns", "message"), [
+    ("pi", 0, "pi has no tick to come at 0 ns; allowed: a tick from 20000000 ns on"),
+    ("pi", 30_000_000, "pi has no tick to come at 30000000 ns"),
+    ("plant", 20_000_000, "there is no block 'plant'; allowed: pi")])
+def test_a_turn_that_does_not_come_is_refused(name, time_ns, message):
+    loop = Loop(peers_wiring())
+    loop.run_until(0)
+    with pytest.raises(InputError, match=message):
+        loop.run_until_turn(name, time_ns)
+    loop.run_until_turn("pi", 20_000_000)
+
+
 @pytest.mark.slow
 @given(st.integers(0, 999_999_999), st.sampled_from([None, "1000", "250"]))
 @settings(max_examples=25, deadline=None)
