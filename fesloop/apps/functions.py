@@ -39,7 +39,7 @@ def run(
             raise InputError("settings", "given with an experiment that is made already",
                              "settings with a name or a path", "give them to fesloop.load")
         return (experiment if seed is None else experiment.with_seed(seed)).run(out)
-    return load(experiment, _texts(settings), seed).run(out)
+    return load(experiment, setting_texts(settings), seed).run(out)
 
 
 def study(
@@ -106,7 +106,7 @@ def identify(
     return model
 
 
-def _texts(settings: Settings) -> Sequence[str]:
+def setting_texts(settings: Settings) -> Sequence[str]:
     """Settings as "KEY=VALUE" each."""
     if not isinstance(settings, Mapping):
         return settings
