@@ -120,7 +120,7 @@ class Task:
     clock: of the agent.
     duration_ns: of an episode.
     drives: from drives to pulses. reach: (channels,), drive of action 1.
-    seen: numbers of the agent's inputs that are wired.
+    seen: for each input that is wired, its number, and the first and the end of its values' entries.
     names: of the entries of an observation. high: (entries,), their upper bounds.
     gaps: whether an input may have lost samples.
     score: of the experiment.
@@ -131,7 +131,7 @@ class Task:
     duration_ns: int
     drives: Drives
     reach: Array
-    seen: tuple[int, ...]
+    seen: tuple[tuple[int, int, int], ...]
     names: tuple[str, ...]
     high: Array
     gaps: bool
@@ -139,13 +139,12 @@ class Task:
 
     def observation(self, samples: Sequence[Sample], now_ns: int) -> Array:
         """Values, ages and presence of the samples of all inputs, (entries,)."""
-        seen = [samples[number] for number in self.seen]
-        parts: list[Any] = []
-        for value, oldest_ns, newest_ns, arrived_ns in seen:
-            parts += ([value] if isinstance(value, float) else value.ravel().tolist())
-            parts += ((now_ns - max(oldest_ns, 0)) / NS_PER_S, (now_ns - max(newest_ns, 0)) / NS_PER_S,
-                      float(arrived_ns >= 0))
-        found = np.array(parts)
+        found = np.empty(len(self.names))
+        for number, first, end in self.seen:
+            value, oldest_ns, newest_ns, arrived_ns = samples[number]
+            found[first:end] = value if isinstance(value, float) else value.ravel()
+            found[end:end + len(_ABOUT)] = ((now_ns - max(oldest_ns, 0)) / NS_PER_S,
+                                            (now_ns - max(newest_ns, 0)) / NS_PER_S, arrived_ns >= 0)
         return np.nan_to_num(found, copy=False) if self.gaps else found
 
 
@@ -171,16 +170,19 @@ def task_of(experiment: Experiment, controller: str, drives: Drives | None) -> T
     judge = Node(_JUDGE, Judge(inputs=inputs), clock)
     others = [each for name, each in nodes.items() if name != controller]
     wired = {end.target_port: end for end in experiment.wiring.connections if end.target.name == controller}
-    names, high = [], []
+    names: list[str] = []
+    high: list[float] = []
+    seen = []
     for number in sorted(wired):
         source = wired[number].source.part.outputs[wired[number].source_port]
         entries = _entries(part.inputs[number], source.row_names)
+        seen.append((number, len(names), len(names) + len(entries)))
         names += [*entries, *(f"{part.inputs[number].name}.{each}" for each in _ABOUT)]
         high += [math.inf] * len(entries) + [FOREVER / NS_PER_S, FOREVER / NS_PER_S, 1.0]
     return Task(
         wiring=Wiring([*others, judge, agent], [*experiment.wires, *wires], experiment.seed), clock=clock,
         duration_ns=experiment.duration_ns, drives=drives, reach=np.minimum(drives.reach(), 1.0),
-        seen=tuple(sorted(wired)), names=tuple(names), high=np.array(high), score=experiment.score,
+        seen=tuple(seen), names=tuple(names), high=np.array(high), score=experiment.score,
         gaps=any(end.source.part.outputs[end.source_port].gaps for end in wired.values()))
 
 
