@@ -113,6 +113,11 @@ _FROZEN_SAMPLES, _FROZEN_S = 10, 0.1
 """Repetitions, and their duration, above which a sensor is frozen (chosen: noise changes a last bit)."""
 
 
+def listed(mask: NDArray[Any], names: Sequence[str]) -> str:
+    """Names of the sensors of a mask (n,), or their numbers where there are no names."""
+    return ", ".join(names[s] if names else str(s) for s in np.flatnonzero(mask))
+
+
 class Arrivals:
     """Monitor of the samples of n sensors, which reports changes of their faults.
 
@@ -131,14 +136,17 @@ class Arrivals:
     limits: magnitudes above which gyr, acc and mag are clipped, rad/s, m/s^2, T.
     period_s: period of the gyroscopes.
     read: (n,), mask of the magnetometers in use; None: all.
+    names: of the sensors, for messages; empty: their numbers.
     """
 
-    __slots__ = ("_limits", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck", "_stuck_limit",
+    __slots__ = ("_limits", "_names", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck", "_stuck_limit",
                  "_troubled", "codes", "faultless", "newest_ns", "period_s", "samples", "sound")
 
     def __init__(
-        self, sensors: int, limits: Sequence[float], period_s: float, read: NDArray[np.bool_] | None = None
+        self, sensors: int, limits: Sequence[float], period_s: float, read: NDArray[np.bool_] | None = None,
+        names: Sequence[str] = ()
     ) -> None:
+        self._names = names
         self.codes = np.zeros((3, sensors), dtype=np.uint8)
         self.samples = np.zeros((3, sensors, 3))
         self.sound = self.faultless = True
@@ -213,13 +221,12 @@ class Arrivals:
         self._troubled = bool(self.codes.any() or frozen.any() or repeated)
         for status, flags in (("lost_sample", (self.codes & LOST) * ~frozen),
                               ("clipped_sample", self.codes & CLIPPED)):
-            found = [f"{name} of sensor " + ", ".join(str(s) for s in np.flatnonzero(row))
+            found = [f"{name} of sensor " + listed(row, self._names)
                      for name, row in zip(KINDS, flags, strict=True) if row.any()]
             if found:
                 tick.report(status, "; ".join(found))
         if frozen.any():
-            tick.report("frozen_sample", "sensor " + ", ".join(str(s) for s in np.flatnonzero(frozen))
-                        + ": the same numbers over and over")
+            tick.report("frozen_sample", f"sensor {listed(frozen, self._names)}: the same numbers over and over")
         if repeated:
             tick.report("repeated_sample", "no newer sample of the gyroscopes: the last one is held")
         if not self._troubled:
@@ -242,11 +249,13 @@ class Overrun:
     ----------
     sensors: their number.
     rate_sd: sd of a rate in excess of a clipped one, rad/s.
+    names: of the sensors, for messages; empty: their numbers.
     """
 
-    __slots__ = ("_missed", "_rate_sd", "_reported", "under_way")
+    __slots__ = ("_missed", "_names", "_rate_sd", "_reported", "under_way")
 
-    def __init__(self, sensors: int, rate_sd: float) -> None:
+    def __init__(self, sensors: int, rate_sd: float, names: Sequence[str] = ()) -> None:
+        self._names = names
         self._missed, self._rate_sd = np.zeros(sensors), rate_sd
         self._reported = np.zeros(sensors, dtype=np.bool_)
         self.under_way = False
@@ -264,7 +273,7 @@ class Overrun:
             self._reported |= new
             if new.any():
                 tick.report("rates_beyond_range", (
-                    "movement was faster than gyr of sensor " + ", ".join(str(s) for s in np.flatnonzero(new))
-                    + " can measure, and angles may be off by "
+                    f"movement was faster than gyr of sensor {listed(new, self._names)} can measure, and "
+                    "angles may be off by "
                     f"{math.degrees(self._missed[new].max()):.0f} deg (sd): let a hand go more slowly, or "
                     "use sensors of a larger range"))

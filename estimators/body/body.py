@@ -220,6 +220,11 @@ class Body:
     tips: Numbers
     joints: tuple[str, ...]
 
+    @property
+    def sensor_names(self) -> tuple[str, ...]:
+        """Name of the segment of each sensor."""
+        return tuple(self.tree.names[k] for k in self.sensed)
+
     def seen(self) -> NDArray[np.bool_]:
         """Mask (segments,) of joints with a sensor on both segments; false for the root."""
         parents = self.tree.layout[:, 0]
@@ -280,11 +285,12 @@ def posture_ports(body: Body | None, sensors: int) -> tuple[Port, ...]:
     freedoms = len(body.tree.ranges) if body else None
     tips = len(body.tips) if body else None
     names = body.tree.freedoms if body else ()
-    worn = tuple(body.tree.names[k] for k in body.sensed) if body else ()
+    worn = body.sensor_names if body else ()
+    ends = tuple(body.tree.names[k] for k in body.tips) if body else ()
     return (Port("orientation", (sensors or None, 4), "1", rows=worn),
             Port("angles", (freedoms,), "rad", rows=names),
-            Port("angle_sd", (freedoms,), "rad", UNSEEN_SD, rows=names), Port("fingertips", (tips, 3), "m"),
-            Port("fingertip_sd", (tips, 3), "m"))
+            Port("angle_sd", (freedoms,), "rad", UNSEEN_SD, rows=names), Port("fingertips", (tips, 3), "m", rows=ends),
+            Port("fingertip_sd", (tips, 3), "m", rows=ends))
 
 
 def random_sd_port(body: Body | None) -> Port:

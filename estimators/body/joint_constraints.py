@@ -26,6 +26,8 @@ Range = tuple[float, float]
 JointKind = Literal["hinge", "saddle", "ball"]
 KINDS = ("hinge", "saddle", "ball")
 HINGE, SADDLE, BALL = range(3)
+_ANGLES = ("",), ("parent_axis", "child_axis"), ("flexion", "abduction", "pronation")
+"""Names of the angles of each kind, as `Joint` defines them."""
 X: Axis = (1.0, 0.0, 0.0)
 Y: Axis = (0.0, 1.0, 0.0)
 Z: Axis = (0.0, 0.0, 1.0)
@@ -126,6 +128,17 @@ class JointTable:
     names: tuple[str, ...]
     unsensed: tuple[str, ...] = ()
     moved: NDArray[np.int64] | None = None
+
+    @property
+    def angle_names(self) -> tuple[str, ...]:
+        """Names of the angles of joints without a body: the joint's, and which where it has several."""
+        return tuple(f"{name}.{part}" if part else name
+                     for name, kind in zip(self.names, self.kinds, strict=True) for part in _ANGLES[kind])
+
+    def between(self, sensors: Sequence[str]) -> JointTable:
+        """The table with joints named after their sensors, "parent-child"."""
+        return replace(self, names=tuple(f"{sensors[parent]}-{sensors[child]}"
+                                         for parent, child in self.ends.tolist()))
 
     def learnt(self, joint: int, axes: Array) -> JointTable:
         """The table with the axes (2, 3) of a hinge that have been learnt."""

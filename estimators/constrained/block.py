@@ -260,6 +260,7 @@ class ConstrainedTracker:
     table: JointTable | None = field(init=False, repr=False, default=None)
     moving: Numbers | None = field(init=False, repr=False, default=None)
     wrong: tuple[Array, Array] | None = field(init=False, repr=False, default=None)
+    _stated: Sensors | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         if self.sensors < 0:
@@ -311,10 +312,10 @@ class ConstrainedTracker:
         ports = posture_ports(self.body, self.sensors)
         if self.table is None or self.body is not None:
             return *ports, ALIGNED_PORT, random_sd_port(self.body)
-        shape = (self.table.angles,)
-        angles, sd, random_sd = (replace(port, shape=shape, rows=())
+        shape, names = (self.table.angles,), self.table.angle_names if self._stated else ()
+        angles, sd, random_sd = (replace(port, shape=shape, rows=names)
                                  for port in (*ports[1:3], random_sd_port(None)))
-        return ports[0], angles, sd, ALIGNED_PORT, random_sd
+        return replace(ports[0], sensors=self._stated), angles, sd, ALIGNED_PORT, random_sd
 
     @property
     def needs_stillness(self) -> str:
@@ -331,7 +332,11 @@ class ConstrainedTracker:
         if isinstance(joints, str):
             pairs = resolve_pairs(stated_pairs((), stated), len(stated.names))
             joints = joints_between(joints, pairs)
-        return worn_as_stated(replace(self, joints=joints), stated)
+        new = worn_as_stated(replace(self, joints=joints), stated)
+        object.__setattr__(new, "_stated", stated)
+        if new.body is None and new.table is not None:
+            object.__setattr__(new, "table", new.table.between(stated.names))
+        return new
 
     def init(self, context: Context) -> ConstrainedState:
         """State before the first sample."""
@@ -349,8 +354,8 @@ class ConstrainedTracker:
         return ConstrainedState(
             table=table, searches=searches,
             roots=VqfBank(len(table.roots), period, False, tauAcc=self.tau_acc_s),
-            arrivals=Arrivals(self.sensors, limits, period),
-            overrun=Overrun(self.sensors, math.radians(self.clipped_rate_deg_s)),
+            arrivals=Arrivals(self.sensors, limits, period, names=self._sensor_names()),
+            overrun=Overrun(self.sensors, math.radians(self.clipped_rate_deg_s), self._sensor_names()),
             settings=self._settings(period),
             unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
             gaps=Gaps.none(self.sensors),
@@ -381,7 +386,7 @@ class ConstrainedTracker:
         if learning:
             learn(state, first, tick)
         if state.taken % round(1.0 / arrivals.period_s) == 0 and (
-                told := state.lateness.look(found.q, ends)):
+                told := state.lateness.look(found.q, ends, self._sensor_names())):
             state.seen[:] = LOST  # no acceleration between two samples of before and after
             learn_levers_anew(found.rest, found.covariance, self.lever_sd_m)
             for status, detail in told:
@@ -451,6 +456,12 @@ class ConstrainedTracker:
         if text:
             state.contradicted = True
             tick.report("pose_contradicted", f"{text}; no stimulation: begin again, and {REMEDY}")
+
+    def _sensor_names(self) -> tuple[str, ...]:
+        """Names of the sensors: those of their segments, else those that their source states; empty: unknown."""
+        if self.body is not None:
+            return self.body.sensor_names
+        return self._stated.names if self._stated else ()
 
     def _joints(self) -> JointTable:
         if self.table is None:

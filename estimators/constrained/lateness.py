@@ -133,10 +133,12 @@ class Lateness:
         waits: Array = (self.late_s.max() - self.late_s) / self.period_s + (self.rates.every.max() - 1)
         return waits
 
-    def look(self, q: Array, ends: NDArray[np.int64]) -> list[tuple[str, str]]:
+    def look(
+        self, q: Array, ends: NDArray[np.int64], names: Sequence[str] = ()
+    ) -> list[tuple[str, str]]:
         """Make new differences good, in relative orientations q (h, joints, 4) too.
 
-        Returns statuses and details: how late each sensor is against most of them, and which are slow; none
+        names: of the sensors, for messages; empty: their numbers. Returns statuses and details: how late each sensor is against most of them, and which are slow; none
         where nothing changed. Correlations of what has been made good begin anew.
         """
         late_s, sd_s = np.zeros((2, len(self.lasted)))
@@ -161,15 +163,15 @@ class Lateness:
         turns -= self.turns()
         for hypothesis in q:
             hypothesis[:] = ahead(hypothesis, ends, turns)
-        told = []
+        told, names = [], names or [str(i) for i in range(len(every))]
         if slow:
             told.append(("slow_sensor", "samples come at different rates: " + (", ".join(
-                f"sensor {i} each {ticks}. tick" for i, ticks in enumerate(every.tolist()) if ticks > 1)
+                f"sensor {names[i]} each {ticks}. tick" for i, ticks in enumerate(every.tolist()) if ticks > 1)
                 or "none any more")))
         if new.any():
             against = 1e3 * (self.late_s - np.sort(self.late_s)[(len(self.late_s) - 1) // 2])
             told.append(("late_sensor", "samples come at different times: " + (", ".join(
-                f"sensor {i} {abs(each):.0f} ms {'late' if each > 0.0 else 'early'}"
+                f"sensor {names[i]} {abs(each):.0f} ms {'late' if each > 0.0 else 'early'}"
                 for i, each in enumerate(against) if abs(each) >= 1.0) or "none any more")))
         return told
 

@@ -287,7 +287,8 @@ def _start(
     bank = front_end_of(front_end, sensors, (clock.period_s,) * 3, tau_mag_s is not None, tracker.tau_acc_s,
                         tau_mag_s)
     return FusionState(bank=bank,
-                       arrivals=Arrivals(sensors, limits, clock.period_s),
+                       arrivals=Arrivals(sensors, limits, clock.period_s,
+                                         names=tracker._stated.names if tracker._stated else ()),
                        pairs=joints, heading=no_offsets(len(joints)),
                        origin=np.tile([1.0, 0.0, 0.0, 0.0], (sensors, 1)),
                        plausible=of_unknown_joints(_joint_names(tracker._stated, joints)),

@@ -259,7 +259,7 @@ class KortierTracker:
         limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
         return KortierState(
             new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
-            Arrivals(self.sensors, limits, context.clock.period_s, worn.magnetometers),
+            Arrivals(self.sensors, limits, context.clock.period_s, worn.magnetometers, body.sensor_names),
             of_tree(body.tree), new_tilts(worn.chains, worn.wrong))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:

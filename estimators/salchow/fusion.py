@@ -247,15 +247,15 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
     tau_mag_s = (method.tau_mag_s or usual[1]) if method.magnetometer else math.inf
     fading = _TIME_CONSTANT[method.front_end] * np.array([method.tau_acc_s or usual[0], tau_mag_s])
     return SalchowState(
-        method=method, bank=_new_bank(n, period, method), arrivals=Arrivals(n, method.limits, period),
-        period_s=period,
+        method=method, bank=_new_bank(n, period, method), period_s=period,
+        arrivals=Arrivals(n, method.limits, period, names=body.sensor_names),
         forget=np.exp(-2.0 * period / fading), gaps=Gaps.none(n), missed=np.zeros((n, 2)),
         record=new_record(n), known=segment_poses(body.tree, angles).orientation[body.sensed],
         ties=ties_of(body, angles, np.ones(n, dtype=np.bool_)),
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
         seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body), plausible=of_tree(body.tree),
         wrong=misalignment(body.tree, method.mounting_sd_deg, method.axis_sd_deg, method.fusion_sd_deg),
-        watch=_watch_of(body, angles, method), overrun=Overrun(n, method.clipped_rate))
+        watch=_watch_of(body, angles, method), overrun=Overrun(n, method.clipped_rate, body.sensor_names))
 
 
 def _watch_of(body: Body, angles: Array, method: Method) -> ReleaseWatch | None:

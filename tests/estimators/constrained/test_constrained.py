@@ -25,6 +25,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import segment_poses
 from fesloop.hand.segments import Segment
 from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.signals import Sensors
 from fesloop.streams.files import open_recording
 
 X, Y, Z = np.eye(3).tolist()
@@ -217,6 +218,25 @@ def test_lost_and_clipped_samples_cost_certainty():
     assert [each for each in told if each[0] != "samples_valid"] == [
         ("lost_sample", "gyr of sensor 2"), ("lost_sample", "acc of sensor 3"),
         ("clipped_sample", "gyr of sensor 2")]
+
+
+def test_events_and_angles_name_sensors_and_joints():
+    names = ("base", "left", "end", "right")
+    sources = dict.fromkeys(("gyr", "acc"), Sensors(names))
+    tracker = OF_EACH.with_sensors(sources)
+    gyr, acc = Jointed(EACH, 2, SENSORS).samples(np.arange(100) / 50)
+    gyr[60, 2] = np.nan
+    _, reports, _ = run_tracker(tracker, gyr, acc, rate=50)
+    ends = [f"{names[joint.parent]}-{names[joint.child]}" for joint in EACH]
+    assert reports[0] == ("uncertain", "joint " + ", ".join(ends))
+    assert ("lost_sample", "gyr of sensor end") in reports
+    parts = {"hinge": ("",), "saddle": (".parent_axis", ".child_axis"),
+             "ball": (".flexion", ".abduction", ".pronation")}
+    rows = tuple(end + part for end, joint in zip(ends, EACH, strict=True) for part in parts[joint.kind])
+    assert {port.name: port.row_names for port in tracker.outputs} == {
+        "orientation": names, "angles": rows, "angle_sd": rows, "angle_random_sd": rows, "aligned": ()}
+    tips = {port.name: port.rows for port in ConstrainedTracker(sensors=17).outputs}
+    assert tips["fingertips"] == tips["fingertip_sd"] == ("F1d", "F2d", "F3d", "F4d", "F5d")
 
 
 def test_a_clipped_rate_still_moves_its_joint():

@@ -155,6 +155,9 @@ def test_a_replay_of_two_sensors_takes_their_joint_from_the_command_line(tmp_pat
                 "tracker=constrained", "joints=hinge"]
     result = fesloop.load("replay", settings).run(tmp_path / "runs")
     with Recording(result.recording) as run:
-        assert "axes_learnt" in [event.status for event in run.events]
+        learnt = [event.detail for event in run.events if event.status == "axes_learnt"]
+        assert learnt[0].startswith("joint hand-finger: parent_axis")
+        assert run.signal("tracker.angles").rows == run.signal("tracker.angle_sd").rows == ("hand-finger",)
+        assert run.signal("tracker.orientation").rows == ("hand", "finger")
     with pytest.raises(InputError, match=r"joints: .*saddle.*; allowed: .*hinge.*ball"):
         fesloop.load("replay", [*settings[:-1], "joints=saddle"])

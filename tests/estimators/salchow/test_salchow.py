@@ -234,7 +234,7 @@ def test_a_long_gap_makes_joints_unseen_and_leaves_its_doubt():
     outputs, reports, _ = run(with_pose(SalchowM2, sensors=17), motion, **spoilt)
     told = [report for report in reports
             if report[0] in ("untracked", "tracked", "lost_sample", "samples_valid")]
-    assert told == [("lost_sample", "gyr of sensor 6; acc of sensor 6"),
+    assert told == [("lost_sample", "gyr of sensor F2m; acc of sensor F2m"),
                     ("untracked", "joint F2_pip, F2_dip"),
                     ("samples_valid", "every sensor gives sound samples again"),
                     ("tracked", "joint F2_pip, F2_dip")]
@@ -259,8 +259,8 @@ def test_short_gaps_clipped_and_lost_accelerations_are_told_and_stood():
     acc[430:433, 4], mag[440, 5], gyr[450:453, 7] = np.nan, 0.0, np.inf
     outputs, reports, _ = run(with_pose(SalchowM1, sensors=17), motion, gyr=gyr, acc=acc, mag=mag)
     told = [report for report in reports[2:] if report[0] != "samples_valid"]
-    assert told == [("clipped_sample", "gyr of sensor 3"), ("lost_sample", "acc of sensor 4"),
-                    ("lost_sample", "mag of sensor 5"), ("lost_sample", "gyr of sensor 7")]
+    assert told == [("clipped_sample", "gyr of sensor F1p"), ("lost_sample", "acc of sensor F1d"),
+                    ("lost_sample", "mag of sensor F2p"), ("lost_sample", "gyr of sensor F2d")]
     assert all(np.isfinite(rows).all() for rows in outputs.values())
     untouched = [k for k, name in enumerate(tree.freedoms) if name.startswith(("F4", "F5", "wrist"))]
     assert np.abs(outputs["angles"] - motion.angles)[MOVING:, untouched].max() < 2e-3
