@@ -276,7 +276,8 @@ def _usual(tree: SegmentTree, sensors: int) -> tuple[str, ...]:
         raise InputError("sensed", f"is empty, and {wired}",
                          f"a name for each sensor, of {', '.join(tree.names)}",
                          "name the sensors' segments, give `segments` for a body that is not a hand, or use "
-                         "the tracker constrained with joints = \"hinge\" or \"ball\" between its sensors")
+                         "the tracker constrained with joints = \"hinge\" or \"ball\" between its sensors; in "
+                         "the experiment replay `--set tracker=constrained --set joints=hinge`")
     return tree.names[count - sensors:]
 
 
