@@ -154,6 +154,11 @@ def test_one_process_of_two_runs_says_how_they_differ(twice, tmp_path, capsys):
     shown = capsys.readouterr().err
     assert "recording by recording" in shown
     assert "2: MCP" in shown
+    names, (header, *_) = shown.split("2 recordings: ")[0], shown.split("2 recordings: ")[1:]
+    assert all(f"{number}: {name}" in names for number, name in enumerate(told["recordings"], 1))
+    assert header.startswith("RMS error, deg; fitted to their first halves")
+    for column in ("moved", "first half", "within 15 %", "autocorrelation in band", "lags %", "increments"):
+        assert f"\n{column}" in shown, "the legend explains it"
 
 
 def test_recordings_of_other_joints_are_refused(recordings):

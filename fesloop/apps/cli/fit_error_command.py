@@ -12,6 +12,13 @@ _AHEAD_MS = 1.0
 """Least shift that is reported (chosen)."""
 _OF_MEANS = {"constrained", "kortier"}
 """Trackers that take the mean of a rate and the one before for the time between: they lead by nothing."""
+_LEGEND = """\
+moved: whether the joint turned about this axis
+first half, second half: measured; process there: the process along the second half's motion{range_text}
+within 15 %: whether that is near the measured error of the second half
+autocorrelation in band: whether the measured one is, as a whole, among those of 95 % of the process's runs
+lags %: share of lags at which it is among the middle 95 % of the runs, lag by lag
+increments: RMS change of the process's error less the measured one, over {times} s, %; NO: not within 15 %"""
 
 
 def execute(args: Namespace) -> int:
@@ -36,17 +43,21 @@ def _print(report: dict[str, Any]) -> None:
              _yes(angle["rmse_within_15_percent"]), _yes(angle["autocorrelation_in_band"]),
              f"{100.0 * angle['lags_in_band_share']:.0f}", _increments(angle["increments"])]
             for angle in report["angles"]]
-    print_table(
-        f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s "
-        f"from {report['from_s']:.3g} s on, compared with the "
-        f"{report['judged_s']:.3g} s after", [
+    for number, name in enumerate(report["recordings"], 1) if several else ():
+        print(f"{number}: {name}", file=sys.stderr)
+    fitted, judged = f"{report['fitted_s']:.3g} s", f"{report['judged_s']:.3g} s"
+    title = (f"{len(report['recordings'])} recordings: RMS error, deg; fitted to their first halves, "
+             f"{fitted} in all, compared with their second ones, {judged}" if several else
+             f"{report['source']}: RMS error, deg; fitted to {fitted} from {report['from_s']:.3g} s on, "
+             f"compared with the {judged} after")
+    print_table(title, [
             "angle", "moved", "first half", "second half", "process there", "within 15 %",
             "autocorrelation in band", "lags %", "increments"], rows, sys.stderr)
     if several:
         _print_differences(report)
     times_s = report["angles"][0]["increments"]["times_s"]
-    print("increments: that of the process less the measured one, over "
-          f"{', '.join(f'{time:.2g}' for time in times_s)} s, %", file=sys.stderr)
+    print(_LEGEND.format(range_text=" (and 95 % of its runs)" if several else "",
+                         times=", ".join(f"{time:.2g}" for time in times_s)), file=sys.stderr)
     print(f"age {report['age_ms']:g} ms at least, {100.0 * report['loss']:.3g} % lost", file=sys.stderr)
     half_ms = 0.0 if set(report["trackers"]) <= _OF_MEANS else report["half_sample_ms"]
     if shift := delay_text(report["ahead_ms"], half_ms, report["recorded_reference"]):
@@ -91,12 +102,10 @@ def _process(angle: dict[str, Any], several: bool) -> str:
 
 def _print_differences(report: dict[str, Any]) -> None:
     """Parts of each angle's error, recording by recording."""
-    for number, name in enumerate(report["recordings"], 1):
-        print(f"{number}: {name}", file=sys.stderr)
     rows = [[each["angle"], *(" ".join(f"{value:.{digits}f}" for value in each[key]) for key, digits in (
         ("bias_deg", 2), ("lead_ms", 0), ("random_deg", 2)))] for each in report["differences"]]
-    print_table("first halves, recording by recording", ["angle", "bias, deg", "lead, ms", "random, deg"],
-                rows, sys.stderr)
+    print_table("first halves, recording by recording: constant part, lead of the estimates on the reference, "
+                "RMS of the random part", ["angle", "bias, deg", "lead, ms", "random, deg"], rows, sys.stderr)
 
 
 def _increments(found: dict[str, Any]) -> str:
