@@ -35,6 +35,7 @@ class ErrorReplayState:
     rows: (joints, columns), error processes of the joints.
     root: (joints, joints), root of their correlation.
     offsets: (joints,), rad, difference of this trial's constant parts from their means.
+    drawn: what this trial has drawn of a process of several recordings; empty: nothing, or reported.
     parts: (joints, PARTS), present random parts.
     centre: (joints,), rad, origin of the angles; None before the first truth.
     past: (capture, truth) of the messages within the age, oldest first.
@@ -49,6 +50,7 @@ class ErrorReplayState:
     rows: Array
     root: Array
     offsets: Array
+    drawn: str
     parts: Array
     centre: Array | None
     truth: Array
@@ -67,7 +69,8 @@ class ErrorReplay:
     has an error of its own, with the recorded one's distribution, its correlation in time and across joints
     and its dependence on angle and rate, and, where the process was fitted to several recordings, with
     another constant part and size. Estimates carry the instant of their truth; a lost one is replaced by the
-    last one, with its stamp. Before the first truth there is no output, with the status `no_sample`.
+    last one, with its stamp. Before the first truth there is no output, with the status `no_sample`. What a
+    trial has drawn of a process of several recordings is reported as `one_draw`.
 
     Attributes
     ----------
@@ -123,7 +126,14 @@ class ErrorReplay:
         series = [process.series[number] for number in numbers]
         bias, size = context.noise(2 * self.joints, "normal", "recording").row(0).reshape(2, self.joints)
         rows = rows_of(series)
-        rows[:, SDS] *= sizes(np.array([each.size_sd for each in series]), size)[:, np.newaxis]
+        spread_deg, size_sd = np.array([(each.bias_sd_deg, each.size_sd) for each in series]).T
+        factors = sizes(size_sd, size)
+        rows[:, SDS] *= factors[:, np.newaxis]
+        constant_deg = self.size * (np.array([each.bias_deg for each in series]) + spread_deg * bias)
+        drawn = ("of a process of several recordings: constant parts "
+                 + ", ".join(f"{each:.1f}" for each in constant_deg) + " deg, random parts times "
+                 + ", ".join(f"{each:.1f}" for each in factors)
+                 + "; other seeds and trials have others: compare over several")
         fate = context.noise(2, "uniform", "fate")
         first = [numbers.index(number) == joint for joint, number in enumerate(numbers)]
         together = np.outer(first, first) | np.eye(self.joints, dtype=bool)
@@ -132,7 +142,8 @@ class ErrorReplay:
             noise=context.noise(DRAWS * self.joints), fate=fate,
             losses=Losses(process.loss, process.burst_messages, fate),
             rows=rows, root=root_of(correlation),
-            offsets=np.radians([each.bias_sd_deg for each in series]) * bias,
+            offsets=np.radians(spread_deg) * bias,
+            drawn=drawn if spread_deg.any() or size_sd.any() else "",
             parts=np.zeros((self.joints, PARTS)),
             centre=np.radians(self.centre_deg) if self.centre_deg else None,
             truth=np.zeros(self.joints), angles=np.zeros(self.joints))
@@ -145,6 +156,9 @@ class ErrorReplay:
                 tick.report("no_sample", "no angles have arrived yet: no output")
                 state.missing = True
             return ()
+        if state.drawn:
+            tick.report("one_draw", state.drawn)
+            state.drawn = ""
         state.past.append((sample.newest_ns, cast(Array, sample.value)))
         chance, shape = (float(number) for number in state.fate.row(tick.index))
         lost = state.losses.lost(tick.index, chance) and state.captured_ns >= 0

@@ -114,6 +114,18 @@ def test_each_trial_has_another_size_with_the_same_mean_square():
     assert np.mean(found**2) == pytest.approx(1.0, rel=0.35)
 
 
+@pytest.mark.parametrize("several", [False, True])
+def test_a_draw_of_several_recordings_is_stated_once_a_trial(several):
+    series = ErrorSeries(name="a.z", bias_deg=1.0, bias_sd_deg=2.0 * several)
+    block, tick = ErrorReplay(process=process(series), joints=2), Tick()
+    state, sample = block.init(Context("t")), Sample(np.zeros(2), 0, 0, 0)
+    (angles,), _ = block.step(state, (sample,), tick), block.step(state, (sample,), tick)
+    assert [status for status, _ in tick.reports] == ["one_draw"] * several
+    if several:
+        stated = ", ".join(f"{each:.1f}" for each in np.degrees(angles))
+        assert f"constant parts {stated} deg, random parts times 1.0, 1.0" in tick.reports[0][1]
+
+
 def test_before_any_truth_it_says_so():
     block, tick = ErrorReplay(process=process(), joints=2), Tick()
     nothing = Sample(np.zeros(2), NEVER, NEVER, NEVER)
