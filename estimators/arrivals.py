@@ -115,7 +115,7 @@ _FROZEN_SAMPLES, _FROZEN_S = 10, 0.1
 
 def listed(mask: NDArray[Any], names: Sequence[str]) -> str:
     """Names of the sensors of a mask (n,), or their numbers where there are no names."""
-    return ", ".join(names[s] if names else str(s) for s in np.flatnonzero(mask))
+    return ", ".join(names[s] if names else str(s) for s in np.flatnonzero(mask).tolist())
 
 
 class Arrivals:
@@ -139,8 +139,8 @@ class Arrivals:
     names: of the sensors, for messages; empty: their numbers.
     """
 
-    __slots__ = ("_limits", "_names", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck", "_stuck_limit",
-                 "_troubled", "codes", "faultless", "newest_ns", "period_s", "samples", "sound")
+    __slots__ = ("_limits", "_names", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck",
+                 "_stuck_limit", "_troubled", "codes", "faultless", "newest_ns", "period_s", "samples", "sound")
 
     def __init__(
         self, sensors: int, limits: Sequence[float], period_s: float, read: NDArray[np.bool_] | None = None,
@@ -226,7 +226,8 @@ class Arrivals:
             if found:
                 tick.report(status, "; ".join(found))
         if frozen.any():
-            tick.report("frozen_sample", f"sensor {listed(frozen, self._names)}: the same numbers over and over")
+            tick.report("frozen_sample",
+                        f"sensor {listed(frozen, self._names)}: the same numbers over and over")
         if repeated:
             tick.report("repeated_sample", "no newer sample of the gyroscopes: the last one is held")
         if not self._troubled:

@@ -276,8 +276,8 @@ def _usual(tree: SegmentTree, sensors: int) -> tuple[str, ...]:
         raise InputError("sensed", f"is empty, and {wired}",
                          f"a name for each sensor, of {', '.join(tree.names)}",
                          "name the sensors' segments, give `segments` for a body that is not a hand, or use "
-                         "the tracker constrained with joints = \"hinge\" or \"ball\" between its sensors; in "
-                         "the experiment replay `--set tracker=constrained --set joints=hinge`")
+                         "the tracker constrained with joints = \"hinge\" or \"ball\" between its sensors; "
+                         "in the experiment replay `--set tracker=constrained --set joints=hinge`")
     return tree.names[count - sensors:]
 
 
@@ -290,8 +290,8 @@ def posture_ports(body: Body | None, sensors: int) -> tuple[Port, ...]:
     ends = tuple(body.tree.names[k] for k in body.tips) if body else ()
     return (Port("orientation", (sensors or None, 4), "1", rows=worn),
             Port("angles", (freedoms,), "rad", rows=names),
-            Port("angle_sd", (freedoms,), "rad", UNSEEN_SD, rows=names), Port("fingertips", (tips, 3), "m", rows=ends),
-            Port("fingertip_sd", (tips, 3), "m", rows=ends))
+            Port("angle_sd", (freedoms,), "rad", UNSEEN_SD, rows=names),
+            Port("fingertips", (tips, 3), "m", rows=ends), Port("fingertip_sd", (tips, 3), "m", rows=ends))
 
 
 def random_sd_port(body: Body | None) -> Port:

@@ -458,7 +458,7 @@ class ConstrainedTracker:
             tick.report("pose_contradicted", f"{text}; no stimulation: begin again, and {REMEDY}")
 
     def _sensor_names(self) -> tuple[str, ...]:
-        """Names of the sensors: those of their segments, else those that their source states; empty: unknown."""
+        """Names of the sensors' segments, else those that the source states; empty where neither is known."""
         if self.body is not None:
             return self.body.sensor_names
         return self._stated.names if self._stated else ()

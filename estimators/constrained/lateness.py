@@ -44,8 +44,12 @@ _MOST = 2.5
 _SHARED, _SHARED_SDS = 0.1, 5.0
 """Least correlation, and in sds of that of noise, for a signal that both sides share (chosen: sensors on foam
 reach .2; noise of a hand at rest must not pass)."""
+_LEAST_KNOWN = 0.1
+"""Least weight of the products of a lag, relative to lag 0, for a correlation there (chosen)."""
 _SURE = 3.0
 """Sds beyond which a difference is one (chosen: looked at every second, for hours)."""
+_KNOWN_S = 0.01
+"""Sd of a difference above which events say that it is not known, s (chosen: three of it are 30 ms)."""
 _LEAST_S = 4e-3
 """Least difference that is made good, s (chosen: below it joints lose less than by interpolation)."""
 
@@ -59,6 +63,7 @@ class Lateness:
     period_s: of the samples; spacing: ticks between two samples of a correlation.
     late_s: (n,), by how much each sensor's samples are later than those of the earliest; 0 until found.
     rates: how often each sensor is sampled.
+    told: (joints,), whether a difference, or none, has been found.
     known: whether any is late or slow; watched: whether any was when last looked at: samples are kept.
     past: (rows, 2, n, 3), newest rates and accelerations, a ring; NaN before the first.
     newest: row of the newest; newest_ns: its capture.
@@ -66,7 +71,9 @@ class Lateness:
     mean: (joints, 2, 3), m/s^2, slow part of the acceleration from parent and child.
     kept: (joints, 2, lags + 1, 3), m/s^2, newest fast parts, the newest first.
     product: (joints, 2 lags + 1), sum of products by lag of the child; energy: (joints, 2), sums of squares.
-    lasted: (joints,), s, weight of these sums.
+    usable: (joints, lags + 1), whether the newest fast parts are known, the newest first.
+    lasted: (joints, lags + 1), s, weight of the products by their lag either way. A lost sample is missing in
+        two products of each lag but 0, where it is missing in one: sums alone would peak there.
     """
 
     period_s: float
@@ -79,7 +86,9 @@ class Lateness:
     kept: Array
     product: Array
     energy: Array
+    usable: NDArray[np.bool_]
     lasted: Array
+    told: NDArray[np.bool_]
     known: bool = False
     watched: bool = False
     newest: int = 0
@@ -96,7 +105,8 @@ class Lateness:
         return cls(period_s, spacing, np.zeros(sensors), Rates.unknown(sensors),
                    np.full((rows, 2, sensors, 3), np.nan), frame, np.zeros((joints, 2, 3)),
                    np.zeros((joints, 2, lags + 1, 3)), np.zeros((joints, 2 * lags + 1)),
-                   np.zeros((joints, 2)), np.zeros(joints))
+                   np.zeros((joints, 2)), np.zeros((joints, lags + 1), dtype=np.bool_),
+                   np.zeros((joints, lags + 1)), np.zeros(joints, dtype=np.bool_))
 
     def align(self, inputs: Sequence[Sample], ticks: int) -> Sequence[Sample]:
         """The samples of rates and accelerations, (n, 3) each, at the instant of the latest sensor's.
@@ -138,14 +148,17 @@ class Lateness:
     ) -> list[tuple[str, str]]:
         """Make new differences good, in relative orientations q (h, joints, 4) too.
 
-        names: of the sensors, for messages; empty: their numbers. Returns statuses and details: how late each sensor is against most of them, and which are slow; none
-        where nothing changed. Correlations of what has been made good begin anew.
+        names: of the sensors, for messages; empty: their numbers. Returns statuses and details: how late each
+        sensor is against most of them, and which are slow; none where nothing changed. Correlations of what
+        has been made good begin anew.
         """
         late_s, sd_s = np.zeros((2, len(self.lasted)))
         differences(self.product, self.energy, self.lasted, self.spacing * self.period_s, late_s, sd_s)
+        self.told |= sd_s <= _KNOWN_S
         new = np.abs(late_s) > np.maximum(_LEAST_S, _SURE * sd_s)
         every = self.rates.found()
-        slow = bool((every != self.rates.every).any())
+        changed = every != self.rates.every
+        slow = bool(changed.any())
         watched, self.watched = self.watched, bool(self.known or new.any() or slow)
         if not (watched and (new.any() or slow)):
             return []
@@ -156,7 +169,9 @@ class Lateness:
             beyond = {int(ends[j, 1])}
             beyond.update(c for p, c in ends.tolist() if p in beyond)
             self.late_s[sorted(beyond)] += late_s[j]
-            self.product[j], self.energy[j], self.lasted[j] = 0.0, 0.0, 0.0
+        # Held samples are late by half their interval, which is gone once they are interpolated.
+        for j in np.flatnonzero(new | changed[ends].any(axis=1)):
+            self.product[j], self.energy[j], self.usable[j], self.lasted[j] = 0.0, 0.0, False, 0.0
         self.late_s -= self.late_s.min()
         np.minimum(self.late_s, (len(self.past) - 2 - SLOWEST) * self.period_s, out=self.late_s)
         self.known = bool(self.late_s.any() or every.max() > 1)
@@ -166,13 +181,16 @@ class Lateness:
         told, names = [], names or [str(i) for i in range(len(every))]
         if slow:
             told.append(("slow_sensor", "samples come at different rates: " + (", ".join(
-                f"sensor {names[i]} each {ticks}. tick" for i, ticks in enumerate(every.tolist()) if ticks > 1)
+                f"sensor {name} each {ticks}. tick"
+                for name, ticks in zip(names, every.tolist(), strict=True) if ticks > 1)
                 or "none any more")))
         if new.any():
             against = 1e3 * (self.late_s - np.sort(self.late_s)[(len(self.late_s) - 1) // 2])
             told.append(("late_sensor", "samples come at different times: " + (", ".join(
-                f"sensor {names[i]} {abs(each):.0f} ms {'late' if each > 0.0 else 'early'}"
-                for i, each in enumerate(against) if abs(each) >= 1.0) or "none any more")))
+                f"sensor {name} {abs(each):.0f} ms {'late' if each > 0.0 else 'early'}"
+                for name, each in zip(names, against, strict=True) if abs(each) >= 1.0) or "none any more")
+                + ("" if self.told.all() else "; not known yet between " + ", ".join(
+                    f"{names[p]} and {names[c]}" for p, c in ends[~self.told].tolist()))))
         return told
 
 
@@ -196,6 +214,10 @@ def remember(
             for a in range(3):
                 if 0 < since[i] < every[i]:
                     past[newest, kind, i, a] = past[(newest - 1) % rows, kind, i, a]
+                elif since[i] == every[i] and math.isnan(past[newest, kind, i, a]):
+                    # The next one is lost: nothing is known of what lies between.
+                    for k in range(1, every[i]):
+                        past[(newest - k) % rows, kind, i, a] = math.nan
                 if 1 < ended[i] <= every[i]:
                     before = past[(newest - ended[i]) % rows, kind, i, a]
                     for k in range(1, ended[i]):
@@ -266,7 +288,7 @@ def advanced(q: Any, turns: Any) -> Any:
 @compiled
 def correlate(
     q: Any, rest: Any, ends: Any, gyr: Any, acc: Any, seen: Any, period: float, spacing: int, frame: Any,
-    mean: Any, kept: Any, product: Any, energy: Any, lasted: Any
+    mean: Any, kept: Any, product: Any, energy: Any, usable: Any, lasted: Any
 ) -> None:
     """Add the newest two samples to the correlations of all joints.
 
@@ -285,12 +307,20 @@ def correlate(
         # Both sides are turned alike, so that a small error of this turn changes nothing.
         turn = turn_by(elapsed * gyr[1, c, 0], elapsed * gyr[1, c, 1], elapsed * gyr[1, c, 2])
         store(frame[j], multiply(components(frame[j]), turn))
-        usable = q[j, 0] * 0.0 == 0.0 and min(seen[0, p], seen[1, p], seen[0, c], seen[1, c]) == SOUND
+        for k in range(lags, 0, -1):
+            usable[j, k] = usable[j, k - 1]
+        usable[j, 0] = q[j, 0] * 0.0 == 0.0 and (
+            min(seen[0, p], seen[1, p], seen[0, c], seen[1, c]) == SOUND)
+        gap = 1
+        while gap < lags and not usable[j, gap]:
+            gap += 1
+        if not usable[j, gap]:
+            gap = 1
         for side in range(2):
             for k in range(lags, 0, -1):
                 for a in range(3):
                     kept[j, side, k, a] = kept[j, side, k - 1, a]
-            if not usable:
+            if not usable[j, 0]:
                 kept[j, side, 0, 0], kept[j, side, 0, 1], kept[j, side, 0, 2] = 0.0, 0.0, 0.0
                 energy[j, side] *= left
                 continue
@@ -304,11 +334,17 @@ def correlate(
             v = rotated(components(frame[j]), v)
             square = 0.0
             for a in range(3):
-                mean[j, side, a] += (share if lasted[j] > 0.0 else 1.0) * (v[a] - mean[j, side, a])
+                if lasted[j, 0] == 0.0:
+                    mean[j, side, a] = v[a]
+                # Through lost samples the mean follows a line: left behind, it would be one more signal that
+                # both sides share, at one time.
+                before = kept[j, side, gap, a] + mean[j, side, a]
+                for k in range(1, gap + 1):
+                    mean[j, side, a] += share * (before + k / gap * (v[a] - before) - mean[j, side, a])
                 kept[j, side, 0, a] = v[a] - mean[j, side, a]
                 square += kept[j, side, 0, a] ** 2
             # One blow must not outweigh all movement before it: its shape is that of errors.
-            most = _MOST ** 2 * energy[j, side] * elapsed / lasted[j] if lasted[j] > 1.0 else square
+            most = _MOST ** 2 * energy[j, side] * elapsed / lasted[j, 0] if lasted[j, 0] > 1.0 else square
             if square > most:
                 for a in range(3):
                     kept[j, side, 0, a] *= math.sqrt(most / square)
@@ -322,7 +358,7 @@ def correlate(
             product[j, lags + k] = left * product[j, lags + k] + later
             if k > 0:
                 product[j, lags - k] = left * product[j, lags - k] + earlier
-        lasted[j] = left * lasted[j] + (elapsed if usable else 0.0)
+            lasted[j, k] = left * lasted[j, k] + (elapsed if usable[j, 0] and usable[j, k] else 0.0)
 
 
 @compiled
@@ -334,16 +370,21 @@ def _row(matrix: Any, i: int, rest: Any, j: int, arm: int) -> Any:
 def differences(product: Any, energy: Any, lasted: Any, spacing_s: float, late_s: Any, sd_s: Any) -> None:
     """Write by how much each child is later than its parent, and its sd, s, (joints,); inf where unknown."""
     middle = product.shape[1] // 2
-    for j in range(lasted.size):
-        late_s[j], sd_s[j], k = 0.0, math.inf, int(np.argmax(product[j]))
-        peak = product[j, k]
-        if lasted[j] < _FIRST_S or not 0 < k < 2 * middle or not peak > 0.0:
+    whole = np.empty(product.shape[1])
+    for j in range(lasted.shape[0]):
+        lasting = lasted[j, 0]
+        for k in range(whole.size):
+            known = lasted[j, abs(k - middle)]
+            whole[k] = product[j, k] * lasting / known if known > _LEAST_KNOWN * lasting else 0.0
+        late_s[j], sd_s[j], k = 0.0, math.inf, int(np.argmax(whole))
+        peak = whole[k]
+        if lasting < _FIRST_S or not 0 < k < 2 * middle or not peak > 0.0:
             continue
-        before, after = product[j, k - 1], product[j, k + 1]
+        before, after = whole[k - 1], whole[k + 1]
         bend = 2.0 * peak - before - after
         rho = min(0.99, peak / math.sqrt(energy[j, 0] * energy[j, 1]))
-        of_noise = _SHARED_SDS * math.sqrt(spacing_s / (3.0 * lasted[j]))
-        if bend > 0.0 and peak * spacing_s > _LEAST ** 2 * lasted[j] and rho > max(_SHARED, of_noise):
+        of_noise = _SHARED_SDS * math.sqrt(spacing_s / (3.0 * lasting))
+        if bend > 0.0 and peak * spacing_s > _LEAST ** 2 * lasting and rho > max(_SHARED, of_noise):
             omega = math.sqrt(bend / peak) / spacing_s
             late_s[j] = (k - middle + 0.5 * (after - before) / bend) * spacing_s
-            sd_s[j] = math.sqrt((1.0 - rho ** 2) * math.pi / (rho ** 2 * lasted[j] * omega ** 3))
+            sd_s[j] = math.sqrt((1.0 - rho ** 2) * math.pi / (rho ** 2 * lasting * omega ** 3))

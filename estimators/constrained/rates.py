@@ -22,6 +22,8 @@ _COUNTED = 24
 """Number of intervals that tell a rate (chosen: losses at random are not as regular for so long)."""
 _SLOW = 1.4
 """Least mean interval of a slow sensor, ticks (chosen: below it, losses look alike)."""
+_WHOLE = 0.6
+"""Least share of a slow sensor's intervals without a lost sample (chosen: a fifth lost passes)."""
 _UNEVEN = 1.6
 """Range of its ticks about a line of constant rate, ticks (1 by rounding, at most .54 by the line's fit)."""
 
@@ -59,17 +61,24 @@ class Rates:
                      self.counted)
 
     def found(self) -> Numbers:
-        """`every` as the newest intervals tell it."""
+        """`every` as the newest intervals tell it; a slow sensor stays slow until samples come more often."""
         every = np.ones_like(self.every)
         for i in np.flatnonzero(self.counted >= _COUNTED):
             ring = np.roll(self.intervals[:, i], -(self.counted[i] % _COUNTED))
-            if ring.mean() > _SLOW and ring.max() <= SLOWEST and ring.min() >= ring.max() - 1:
-                # Ticks at which a clock of another rate has ticked lie within one of a line.
-                at, number = np.cumsum(ring), np.arange(_COUNTED)
-                uneven = at - np.polyval(np.polyfit(number, at, 1), number)
-                if np.ptp(uneven) <= _UNEVEN:
-                    # A clock that is a little slower than that has a longer interval now and then.
-                    every[i] = max(ring.max(), self.every[i])
+            if ring.mean() <= _SLOW:
+                continue
+            every[i] = self.every[i]
+            usual = ring <= ring.min() + 1
+            # At every second tick or less often, a few longer intervals have lost samples between their ends.
+            if ring[usual].max() > SLOWEST or usual.mean() < (_WHOLE if ring.min() > 1 else 1.0):
+                continue
+            # Ticks at which a clock of another rate has ticked lie within one of a line.
+            at = np.cumsum(ring)
+            number = np.cumsum(np.maximum(1.0, np.round(ring / ring[usual].mean())))
+            uneven = at - np.polyval(np.polyfit(number, at, 1), number)
+            if np.ptp(uneven) <= _UNEVEN:
+                # A clock that is a little slower than that has a longer interval now and then.
+                every[i] = max(ring[usual].max(), self.every[i])
         return every
 
 

@@ -114,7 +114,7 @@ def take(state: ConstrainedState, repeated: bool, gap: bool) -> None:
     if state.taken % clocks.spacing == 0:
         correlate(found.q[0], found.rest[0], table.ends, state.gyr, state.acc, state.seen, clocks.period_s,
                   clocks.spacing, clocks.frame, clocks.mean, clocks.kept, clocks.product, clocks.energy,
-                  clocks.lasted)
+                  clocks.usable, clocks.lasted)
     state.taken += 1
     if state.taken % LOOK == 0:
         forget_contradicted(found.q, found.rest[0], found.doubt, table.kinds)

@@ -104,8 +104,9 @@ def _print_differences(report: dict[str, Any]) -> None:
     """Parts of each angle's error, recording by recording."""
     rows = [[each["angle"], *(" ".join(f"{value:.{digits}f}" for value in each[key]) for key, digits in (
         ("bias_deg", 2), ("lead_ms", 0), ("random_deg", 2)))] for each in report["differences"]]
-    print_table("first halves, recording by recording: constant part, lead of the estimates on the reference, "
-                "RMS of the random part", ["angle", "bias, deg", "lead, ms", "random, deg"], rows, sys.stderr)
+    print_table("first halves, recording by recording: constant part, lead of the estimates on the "
+                "reference, RMS of the random part", ["angle", "bias, deg", "lead, ms", "random, deg"],
+                rows, sys.stderr)
 
 
 def _increments(found: dict[str, Any]) -> str:

@@ -10,7 +10,8 @@ from tracker_parts import run_tracker
 
 from estimators.body.joint_constraints import Joint
 from estimators.constrained import ConstrainedTracker
-from estimators.constrained.lateness import Lateness, advanced, ahead
+from estimators.constrained.filter import LOST, SOUND
+from estimators.constrained.lateness import Lateness, advanced, ahead, correlate, differences
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand import quaternion
 from fesloop.loop.signals import Sample
@@ -88,6 +89,59 @@ def later_by(recording, delay_s, sensors):
             for a in range(3):
                 samples[:, i, a] = np.interp(times - delay_s, times, samples[:, i, a])
     return kinds
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("lost", "within_s"), [(0.0, 1e-3), (0.05, 6e-3), (0.1, 9e-3)])
+def test_lost_samples_make_no_difference_look_like_none(lost, within_s, seed):
+    """A lost sample is missing twice at every lag but 0, at which sums of products then peaked."""
+    lateness, rng = Lateness.unknown(2, 1, 0.025), np.random.default_rng(seed)
+    times, ends = np.arange(2400) * 0.025, np.array([[0, 1]])
+    waves = rng.uniform(0.5, 3.0, 20), rng.uniform(0.0, 7.0, (20, 3))
+
+    def shared(at):
+        return np.sin(2.0 * np.pi * waves[0][:, np.newaxis] * at + waves[1]).sum(axis=0)
+
+    seen = np.where(rng.random((len(times), 2)) < lost, LOST, SOUND)
+    for k in range(1, len(times)):
+        acc = np.array([[shared(at), shared(at - 0.04)] for at in times[k - 1:k + 1]])
+        correlate(np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros((1, 9)), ends, np.zeros((2, 2, 3)), acc,
+                  seen[k - 1:k + 1], lateness.period_s, lateness.spacing, lateness.frame, lateness.mean,
+                  lateness.kept, lateness.product, lateness.energy, lateness.usable, lateness.lasted)
+    late_s, sd_s = np.zeros((2, 1))
+    differences(lateness.product, lateness.energy, lateness.lasted, 0.025, late_s, sd_s)
+    assert math.isclose(late_s[0], 0.04, abs_tol=within_s)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("late_s", "slow"), [({2: 0.04}, 3), ({2: 0.04}, 2), ({1: 0.03, 4: 0.05}, 3)])
+def test_late_sensors_are_found_beside_a_slow_one_and_losses(late_s, slow, recordings):
+    recording = open_recording(recordings / "chain5" / "trial1.npz", "rigid")
+    gyr, acc = later_by(recording, 0.0, ())
+    for sensor, delay_s in late_s.items():
+        for kind, shifted in zip((gyr, acc), later_by(recording, delay_s, (sensor,)), strict=True):
+            kind[:, sensor] = shifted[:, sensor]
+    lost = np.random.default_rng(1).random(gyr.shape[:2]) < 0.05
+    lost[1::2, slow] = True
+    gyr[lost] = acc[lost] = np.nan
+    _, reports, state = run_tracker(ConstrainedTracker(sensors=5), gyr, acc, rate=40)
+    true = np.array([1e3 * late_s.get(sensor, 0.0) for sensor in range(5)])
+    found = 1e3 * state.lateness.late_s
+    assert np.abs(found - np.median(found - true) - true).max() < 10.0
+    assert [detail for status, detail in reports if status == "slow_sensor"] == [
+        f"samples come at different rates: sensor {slow} each 2. tick"]
+
+
+@pytest.mark.slow
+def test_what_foam_and_losses_hide_is_said_to_be_unknown(recordings):
+    recording = open_recording(recordings / "chain5" / "trial1.npz", "nonrigid")
+    gyr, acc = later_by(recording, 0.04, (2,))
+    lost = np.random.default_rng(1).random(gyr.shape[:2]) < 0.05
+    lost[1::2, 2] = True
+    gyr[lost] = acc[lost] = np.nan
+    _, reports, _ = run_tracker(ConstrainedTracker(sensors=5), gyr, acc, rate=40)
+    told = [detail for status, detail in reports if status == "late_sensor"]
+    assert "not known yet between 1 and 2" in told[-1]
 
 
 @pytest.mark.slow

@@ -33,6 +33,23 @@ def test_a_slow_rate_is_found_whatever_the_ratio(ratio, start):
     assert max(2, math.floor(ratio)) <= counted(np.diff(samples) > 0) <= math.ceil(ratio)
 
 
+@pytest.mark.parametrize("lost", [0.05, 0.2])
+@pytest.mark.parametrize("every", [2, 3, 5])
+def test_a_slow_sensor_that_loses_samples_is_slow_and_stays_so(every, lost):
+    rng, rates, found = np.random.default_rng(1), Rates.unknown(1), []
+    for k in range(4000):
+        present = k % every == 0 and rng.random() >= lost
+        rates.note(*(rng.normal(size=(2, 1, 3)) if present else np.full((2, 1, 3), np.nan)), 1)
+        if k % 40 == 0:
+            rates.every[:] = rates.found()
+            found.append(int(rates.every[0]))
+    assert found == sorted(found), "it is never taken for a quick one again"
+    assert found[-1] == every
+    for _ in range(60):
+        rates.note(*rng.normal(size=(2, 1, 3)), 1)
+    assert rates.found()[0] == 1
+
+
 @pytest.mark.parametrize("lost", [0.0, 0.05, 0.2, 0.5])
 def test_losses_at_random_are_no_slow_rate(lost):
     rng = np.random.default_rng(1)
