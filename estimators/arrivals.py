@@ -140,7 +140,8 @@ class Arrivals:
     """
 
     __slots__ = ("_limits", "_names", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck",
-                 "_stuck_limit", "_troubled", "codes", "faultless", "newest_ns", "period_s", "samples", "sound")
+                 "_stuck_limit", "_troubled", "codes", "faultless", "newest_ns", "period_s", "samples",
+                 "sound")
 
     def __init__(
         self, sensors: int, limits: Sequence[float], period_s: float, read: NDArray[np.bool_] | None = None,

@@ -163,7 +163,7 @@ def test_a_lost_sample_is_one_sensors_and_trackers_are_told_of_that_one():
     assert 0 < lost.sum() < 20
     told = {time: detail for time, name, status, detail in recorder.events if status == "lost_sample"}
     begun = [k for k in range(41) if lost[k].any() and (k == 0 or (lost[k] != lost[k - 1]).any())]
-    names = {k: ", ".join(str(i) for i in np.flatnonzero(lost[k])) for k in begun}
+    names = {k: ", ".join(imus.sites[i] for i in np.flatnonzero(lost[k])) for k in begun}
     assert {time: detail.replace("sensor ", "") for time, detail in told.items()} == {
         10 * k * NS_PER_MS: f"gyr of {names[k]}; acc of {names[k]}" for k in begun}
     assert not [event for event in recorder.events if event[2] == "non_finite"]

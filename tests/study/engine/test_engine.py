@@ -303,9 +303,11 @@ class LosesOnce:
     def __getattr__(self, name):
         return getattr(self._client, name)
 
-    def gather(self, futures, errors):
+    async def gather(self, futures, errors):
         self.fetched += 1
-        return dict.fromkeys(futures) if self.fetched == 1 else self._client.gather(futures, errors=errors)
+        if self.fetched == 1:
+            return dict.fromkeys(futures)
+        return await self._client.gather(futures, errors=errors)
 
 
 @pytest.mark.slow
@@ -314,6 +316,28 @@ def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(address):
         losing = LosesOnce(client)
         (done,) = (each for some in completed(losing, iter([Task("a", abs, (-3,))])) for each in some)
     assert (done.id, done.outcome, losing.fetched) == ("a", 3, 2)
+
+
+class LosesWorkers(LosesOnce):
+    """A client whose cluster's only worker is gone, with its process, as it fetches first."""
+
+    async def gather(self, futures, errors):
+        self.fetched += 1
+        if self.fetched == 1:
+            for worker_ in self._client.cluster.workers.values():
+                await worker_.close()
+        return await self._client.gather(futures, errors=errors)
+
+
+@pytest.mark.slow
+def test_an_outcome_that_is_lost_with_the_only_worker_is_had_of_another_one(monkeypatch):
+    """Dask alone waits without end: nothing else starts a worker while it fetches."""
+    monkeypatch.setattr("fesloop.analysis.study.engine.tasks._FETCH_S", 3.0)
+    with connected(1, None) as client:
+        losing = LosesWorkers(client)
+        (done,) = (each for some in completed(losing, iter([Task("a", abs, (-3,))])) for each in some)
+    assert (done.id, done.outcome) == ("a", 3)
+    assert losing.fetched >= 2
 
 
 @pytest.mark.slow

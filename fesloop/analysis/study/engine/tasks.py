@@ -24,6 +24,9 @@ _TOGETHER_S = 0.1
 _LOOK_S = 0.5
 _RENEW_S = 2.0
 _GONE = "the scheduler is gone; earlier results are kept; start the study again to continue"
+_FETCH_S = 30.0
+"""Longest time to fetch outcomes (chosen: they are small). Dask waits without end for one that is lost with
+its worker meanwhile, also where no other worker starts until `renew` is called."""
 _PATIENCE_S = 15.0
 """Longest silence of a scheduler; a network's hiccup is shorter (chosen)."""
 
@@ -106,11 +109,14 @@ def _batch(ended: Any) -> list[Any]:
 def _outcomes(client: Any, futures: Mapping[str, Any]) -> list[Done]:
     """Outcomes of futures that have ended, except those whose worker was lost before they were fetched.
 
-    Raises RunError where tasks were cancelled: the scheduler was restarted.
+    There are none where fetching takes longer than `_FETCH_S`. Raises RunError where tasks were cancelled:
+    the scheduler was restarted.
     """
     whole = {id: future for id, future in futures.items() if future.status == "finished"}
     try:
-        values = client.gather(whole, errors="skip") if whole else {}
+        values = client.sync(client.gather, whole, errors="skip", callback_timeout=_FETCH_S) if whole else {}
+    except TimeoutError:
+        values = {}
     except (OSError, CancelledError) as fault:
         raise RunError(f"{_GONE} ({fault})") from None
     if any(future.status == "cancelled" for future in futures.values()):
