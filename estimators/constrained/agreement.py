@@ -81,15 +81,20 @@ def contradicted(s: Any) -> bool:
 
 
 @compiled
-def forget_contradicted(q: Any, rest: Any, doubt: Any, kinds: Any) -> None:
+def forget_contradicted(q: Any, rest: Any, doubt: Any, kinds: Any) -> bool:
     """Make joints of several possible headings unknown whose decided heading is contradicted.
+
+    Returns whether there are any.
 
     q: (hypotheses, joints, 4); rest: (joints, COLUMNS), of the likeliest; doubt: (joints,), above 0 for an
     undecided heading; kinds: (joints,).
     """
+    found = False
     for j in range(kinds.size):
         if kinds[j] != HINGE and doubt[j] == 0.0 and contradicted(rest[j]):
             q[:, j] = math.nan
+            found = True
+    return found
 
 
 @compiled

@@ -111,21 +111,21 @@ _COHERENT = 0.25
 def advance(
     q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any,
     zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, rates: Any, spread: Any, silent: Any,
-    settings: Any, number: int
-) -> None:
-    """Advance all joints by one period.
+    settings: Any, number: int, several: bool
+) -> bool:
+    """Advance all joints by one period; return whether every joint has begun.
 
     Joints are measured in turns, every few periods: measurements closer than the correlation times of their
     errors add no information.
 
     Parameters
     ----------
-    q: (joints, 4), updated; NaN for a joint that has not begun, which is skipped, and for one whose samples
-        have been missing until it is unknown.
-    rest: (joints, COLUMNS), b, l_p, l_c, the force's mean in the child's frame, m/s^2, duration of clipped
-        rates, s, then d, c, and from TURNED on as in `constrained.agreement`; updated.
-    covariance: (joints, 16, 16), updated.
-    surprise: (joints,), increased by minus twice the log likelihood of the measurements.
+    q: (hypotheses, joints, 4), updated; NaN for a joint that has not begun, which is skipped, and for one
+        whose samples have been missing until it is unknown.
+    rest: (hypotheses, joints, COLUMNS), b, l_p, l_c, the force's mean in the child's frame, m/s^2,
+        duration of clipped rates, s, then d, c, and from TURNED on as in `constrained.agreement`; updated.
+    covariance: (hypotheses, joints, 16, 16), updated.
+    surprise: (hypotheses, joints), increased by minus twice the log likelihood of the measurements.
     doubt: (joints,), above 0 with several hypotheses.
     ends, kinds, axes, zero, ranges: as in JointTable.
     gyr, acc: (2, n, 3), sample before and this one.
@@ -133,16 +133,20 @@ def advance(
         alone.
     rates: (n, 3), rad/s, mean over the period, spread: (n,), rad^2/s, and silent: (n, 2), s: as in Gaps.
     settings: (13,), see PERIOD and the following; number: of this sample.
+    several: whether any joint has more than the first hypothesis.
     """
     x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
     period = settings[PERIOD]
-    every = max(1, round(settings[SPACING] / period))
-    for j in range(q.shape[0]):
-        if np.isnan(q[j, 0]):
+    every, begun = max(1, round(settings[SPACING] / period)), True
+    joints = q.shape[1]
+    for each in range(q.shape[0] * joints if several else joints):
+        rank, j = each // joints, each % joints
+        if np.isnan(q[rank, j, 0]):
+            begun &= rank > 0
             continue
         p, c = ends[j, 0], ends[j, 1]
         worst = min(seen[1, p], seen[1, c])
-        at, s, cov = q[j], rest[j], covariance[j]
+        at, s, cov = q[rank, j], rest[rank, j], covariance[rank, j]
         wp, wc = (rates[p, 0], rates[p, 1], rates[p, 2]), (rates[c, 0], rates[c, 1], rates[c, 2])
         if (number + j) % every > 0:
             _turn(at, s, wp, wc, period)
@@ -151,12 +155,12 @@ def advance(
             _turn(at, s, wp, wc, 0.5 * period)
             before = variances(cov)
             if min(worst, seen[0, p], seen[0, c]) == SOUND:
-                surprise[j] += shared_acceleration(
+                surprise[rank, j] += shared_acceleration(
                     at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
-            surprise[j] += axes_agree(at, s, kinds[j], axes[j], zero[j], cov, settings, x, h, gain)
+            surprise[rank, j] += axes_agree(at, s, kinds[j], axes[j], zero[j], cov, settings, x, h, gain)
             note(s, cov, x, before, wc, settings[SPACING])
             correct(at, s, x)
-            surprise[j] += keep_in_range(
+            surprise[rank, j] += keep_in_range(
                 at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain, doubt[j] == 0.0)
             _turn(at, s, wp, wc, 0.5 * period)
         walked = settings[BIAS_WALK] ** 2 + _turned_bias(at, wp, wc, settings[BIAS])
@@ -174,6 +178,8 @@ def advance(
             s[12] = 0.0
         if max(silent[p, 0], silent[c, 0]) * settings[UNSEEN] > math.pi:
             at[:] = np.nan
+        begun &= rank > 0 or not np.isnan(at[0])
+    return begun
 
 
 @compiled

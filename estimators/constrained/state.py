@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,18 +93,18 @@ def take(state: ConstrainedState, repeated: bool, gap: bool) -> None:
     gap: whether any sensor is in a gap, or at its end.
     """
     table, found, gaps, arrivals = state.table, state.found, state.gaps, state.arrivals
-    roots = table.roots
     admit(arrivals.samples, arrivals.codes, repeated, state.gyr, state.acc, state.seen)
-    gyr, acc = gaps.rates.take(roots, axis=0), state.acc[1].take(roots, axis=0)
+    roots, newest = table.roots.tolist(), state.acc[1]
+    gyr, acc = [gaps.rates[root] for root in roots], [newest[root] for root in roots]
     if arrivals.sound and not gap:
         state.roots.update(gyr, acc, None)
     else:
         lost = lost_samples(arrivals.codes, repeated, gaps)
         state.roots.update_sound(gyr, acc, None, lost[:, roots])
-    for h in range(len(found.q) if found.open else 1):
-        advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], found.doubt, table.ends,
-                table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,
-                gaps.means, gaps.spread, gaps.silent, state.settings, state.taken)
+    begun = advance(
+        found.q, found.rest, found.covariance, found.surprise, found.doubt, table.ends, table.kinds,
+        table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen, gaps.means, gaps.spread,
+        gaps.silent, state.settings, state.taken, found.open)
     if state.taken < state.pose_samples:
         sound = state.seen[1] == SOUND
         state.pose_acc[sound] += state.acc[1, sound]
@@ -117,9 +116,8 @@ def take(state: ConstrainedState, repeated: bool, gap: bool) -> None:
                   clocks.usable, clocks.lasted)
     state.taken += 1
     if state.taken % LOOK == 0:
-        forget_contradicted(found.q, found.rest[0], found.doubt, table.kinds)
-    # A sum with NaN is NaN: one test shows whether all joints have begun.
-    if not math.isfinite(found.q[0].sum()):
+        begun &= not forget_contradicted(found.q, found.rest[0], found.doubt, table.kinds)
+    if not begun:
         begin_missing(found, table, state.acc[1], state.seen[1] == SOUND, state.unknown,
                       state.taken <= state.pose_samples)
     if found.open:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -16,6 +17,7 @@ from fesloop.hand.kinematics_kernels import turned
 from fesloop.hand.quaternion_kernels import Components, about_z, conjugate, multiply
 
 Array = NDArray[np.float64]
+Rows = Array | Sequence[Array]
 
 
 class VqfBank:
@@ -43,8 +45,8 @@ class VqfBank:
     def _new(self) -> Any:
         return VQF(*self._periods_s, **self._settings)
 
-    def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
-        """Process one sample of every sensor, (n, 3) each, C-contiguous: rad/s, m/s^2, any unit of field.
+    def update(self, gyr: Rows, acc: Rows | None, mag: Rows | None) -> None:
+        """Process one sample of every sensor, n rows (3,), C-contiguous: rad/s, m/s^2, any unit of field.
 
         None means that this tick has no sample of that kind.
         """
@@ -56,7 +58,7 @@ class VqfBank:
             deque(map(VQF.update, self._filters, gyr, acc, mag), maxlen=0)
 
     def update_sound(
-        self, gyr: Array, acc: Array | None, mag: Array | None, lost: NDArray[np.bool_]
+        self, gyr: Rows, acc: Rows | None, mag: Rows | None, lost: NDArray[np.bool_]
     ) -> None:
         """As `update`, without the samples in `lost`, (3, n), of gyr, acc and mag."""
         for i, filter_ in enumerate(self._filters):

@@ -156,9 +156,11 @@ def test_the_covariance_of_what_is_not_measured_is_that_of_noise_drawn():
     for k in range(1, steps + 1):
         bias += settings[BIAS_WALK] * np.sqrt(dt) * rng.normal(size=bias.shape)
         gyr = np.stack([gyr[1], bias + settings[TURN] / np.sqrt(dt) * rng.normal(size=bias.shape)])
-        advance(q, rest, covariance, np.zeros(joints), np.zeros(joints), table.ends, table.kinds, table.axes,
-                table.zero, table.ranges, gyr, acc, seen, 0.5 * (gyr[0] + gyr[1]), np.zeros(2 * joints),
-                np.zeros((2 * joints, 2)), settings, k)
+        begun = advance(
+            q[np.newaxis], rest[np.newaxis], covariance[np.newaxis], np.zeros((1, joints)), np.zeros(joints),
+            table.ends, table.kinds, table.axes, table.zero, table.ranges, gyr, acc, seen,
+            0.5 * (gyr[0] + gyr[1]), np.zeros(2 * joints), np.zeros((2 * joints, 2)), settings, k, False)
+        assert begun
     turn = quaternion.relative(q, true)
     parents = quaternion.rotate(quaternion.conjugate(true), bias[::2])
     error = np.concatenate([2.0 * np.sign(turn[:, :1]) * turn[:, 1:], bias[1::2] - parents], axis=1)
