@@ -9,7 +9,7 @@ how far the nominal curve may be off).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 import numpy as np
@@ -45,6 +45,7 @@ class Allocation:
     width_max_us: float = 500.0
     full_scale_us: float = 500.0
     charge_max_uc: float = math.inf
+    _table: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not self.current_ma or not all(math.isfinite(i) and i > 0.0 for i in self.current_ma):
@@ -64,6 +65,7 @@ class Allocation:
                 f"{self.charge_max_uc:g} uC recruits less than {LEAST_REACH} of muscle "
                 f"{int(np.argmin(self.reach()))}", "limits within which every channel recruits its muscle",
                 "raise the current, width_max_us or charge_max_uc, or leave the channel out of the model")
+        object.__setattr__(self, "_table", self._rows())
 
     @property
     def channels(self) -> int:
@@ -83,8 +85,11 @@ class Allocation:
         return self.recruitment.fraction(pulses)
 
     def table(self) -> Array:
-        """Rows for `allocate`, (channels, 6): current A, width limit s, linear width s (0 if lognormal),
-        threshold mA, spread, chronaxie s."""
+        """Rows for `allocate`, (channels, 6), not to be changed: current A, width limit s, linear width s (0
+        if lognormal), threshold mA, spread, chronaxie s."""
+        return self._table
+
+    def _rows(self) -> Array:
         rows = np.zeros((self.channels, 6))
         rows[:, 0] = np.asarray(self.current_ma) / 1e3
         if self.recruitment is None:

@@ -265,7 +265,8 @@ class Watchdog:
         if before is None:
             state.changed_ns = posture.newest_ns
             return SOUND
-        moved_deg = math.degrees(np.max(np.abs(value - before), initial=0.0))
+        # Halves do not overflow, whatever is finite.
+        moved_deg = math.degrees(2.0 * float(np.max(np.abs(0.5 * value - 0.5 * before), initial=0.0)))
         if moved_deg > 0.0:
             state.changed_ns = posture.newest_ns
         if moved_deg > self.jump_deg + self.rate_max_deg_s * elapsed_s:

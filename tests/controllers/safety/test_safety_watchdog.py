@@ -149,6 +149,13 @@ def test_what_a_tracker_does_while_nothing_is_stimulated_passes():
     assert seen == ["", "posture_jumped", "", ""]
 
 
+def test_a_jump_between_the_greatest_numbers_is_one():
+    dog, state = Watchdog(), WatchState()
+    seen = [dog.look(state, Sample(np.array([angle]), 25 * k * MS, 25 * k * MS, 25 * k * MS), ABSENT, 25 * k * MS,
+                     500.0, True)[0] for k, angle in enumerate((1.7e308, -1.7e308))]
+    assert seen == ["", "posture_jumped"]
+
+
 def test_a_posture_is_frozen_once_fresh_captures_have_held_it_for_so_long():
     """To the nanosecond; a bit that changes begins anew, and messages without a new capture tell nothing."""
     dog, state, seen = Watchdog(frozen_ms=20.0), WatchState(), []
