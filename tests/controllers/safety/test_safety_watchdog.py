@@ -151,8 +151,10 @@ def test_what_a_tracker_does_while_nothing_is_stimulated_passes():
 
 def test_a_jump_between_the_greatest_numbers_is_one():
     dog, state = Watchdog(), WatchState()
-    seen = [dog.look(state, Sample(np.array([angle]), 25 * k * MS, 25 * k * MS, 25 * k * MS), ABSENT, 25 * k * MS,
-                     500.0, True)[0] for k, angle in enumerate((1.7e308, -1.7e308))]
+    seen = []
+    for k, angle in enumerate((1.7e308, -1.7e308)):
+        posture = Sample(np.array([angle]), 25 * k * MS, 25 * k * MS, 25 * k * MS)
+        seen.append(dog.look(state, posture, ABSENT, 25 * k * MS, 500.0, True)[0])
     assert seen == ["", "posture_jumped"]
 
 
