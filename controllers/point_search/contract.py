@@ -33,7 +33,6 @@ class Query:
     rested: whether the hand rests before it; if not, it follows the query before at once.
     stair: whether it is one stair of a staircase, rated while the hand still moves, or a level that is held
         until the hand has settled.
-    longer_s: by how much the rest before it is longer than the timetable's, s.
     """
 
     elements: Electrode
@@ -41,7 +40,6 @@ class Query:
     width_us: float
     rested: bool = True
     stair: bool = False
-    longer_s: float = 0.0
 
 
 class Response(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import erf, isfinite, pi, sqrt
 from typing import Any, Literal
 
@@ -17,8 +17,6 @@ from controllers.point_search.space import SearchSpace
 from fesloop.errors import InputError
 
 Array = NDArray[np.float64]
-_ROUNDS = 2
-"""Rounds of the finals, there and back."""
 _FAR = 1e6
 """Distance in kernel lengths at which nothing is shared."""
 
@@ -35,9 +33,6 @@ class GaussianProcessState:
     asked: indices of the queries so far, in order, those of the earlier search first.
     quality: quality of each.
     earlier: number of responses of the earlier search among them.
-    mean, sd: (n,), posterior of the quality of every candidate; empty before any response.
-    finalists: indices of the candidates in the finals; empty before them.
-    finals: qualities of the queries in the finals, in order.
     """
 
     queries: list[Query]
@@ -46,10 +41,6 @@ class GaussianProcessState:
     asked: list[int] = field(default_factory=list)
     quality: list[float] = field(default_factory=list)
     earlier: int = 0
-    mean: Array = field(default_factory=lambda: np.empty(0))
-    sd: Array = field(default_factory=lambda: np.empty(0))
-    finalists: list[int] = field(default_factory=list)
-    finals: list[float] = field(default_factory=list)
 
     @property
     def today(self) -> list[int]:
@@ -77,11 +68,8 @@ class GaussianProcess:
         ucb:  mu + kappa sd
 
     It recommends the query so far with the greatest mu, on which noise has less influence than on the
-    greatest measurement. When no candidate's expected improvement (ei) is `least_gain` or more, or only the
-    finals are left of `queries`, the best `finalists` are tried twice more, there and back: muscles that have
-    tired during the search make others look best than those that are best at rest. So the finals begin after
-    a long rest, and the one with the greatest mean in them is recommended. Numbers are chosen on other
-    patients than those on whom the search is demonstrated.
+    greatest measurement. It ends when no candidate's expected improvement (ei) is `least_gain` or more, or
+    after `queries`. Its numbers are chosen on other patients than those on whom it is demonstrated.
 
     Attributes
     ----------
@@ -90,10 +78,7 @@ class GaussianProcess:
     spread, noise: standard deviations of quality about its prior mean, and of its measurement.
     place_mm, current_ma, elements: distance, current and number of elements over which quality changes.
     day_share: correlation of the quality of a query on two days, 0 to below 1.
-    queries: greatest number of queries, the finals among them.
-    finalists: number of candidates in the finals; 0: no finals.
-    rest_s, pause_s: by how much the rest before the finals is longer than others, and that before each
-        further query of them, s.
+    queries: greatest number of queries.
     least_gain: quality that one more query must promise.
     """
 
@@ -107,9 +92,6 @@ class GaussianProcess:
     elements: float = 1.0
     day_share: float = 0.9
     queries: int = 74
-    finalists: int = 5
-    rest_s: float = 120.0
-    pause_s: float = 6.0
     least_gain: float = 0.02
 
     def __post_init__(self) -> None:
@@ -119,17 +101,14 @@ class GaussianProcess:
             value = getattr(self, key)
             if not (isfinite(value) and value > 0.0):
                 raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number above 0")
-        for key in ("kappa", "zone_height", "least_gain", "rest_s", "pause_s"):
+        for key in ("kappa", "zone_height", "least_gain"):
             value = getattr(self, key)
             if not (isfinite(value) and value >= 0.0):
                 raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number, 0 or more")
         if not 0.0 <= self.day_share < 1.0:
             raise InputError("gaussian_process.day_share", f"{self.day_share}", "0 or more, below 1")
-        if self.finalists < 0:
-            raise InputError("gaussian_process.finalists", f"{self.finalists}", "0 or more")
-        if self.queries <= _ROUNDS * self.finalists:
-            raise InputError("gaussian_process.queries", f"{self.queries}",
-                             f"more than the {_ROUNDS * self.finalists} of the finals")
+        if self.queries < 1:
+            raise InputError("gaussian_process.queries", f"{self.queries}", "1 or more")
 
     def start(self, space: SearchSpace, key: int) -> GaussianProcessState:
         """State without responses of this search. Raises InputError where scikit-learn is missing."""
@@ -151,60 +130,35 @@ class GaussianProcess:
                 state.asked.append(index)
                 state.quality.append(each.quality)
         state.earlier = len(state.asked)
-        if state.asked:
-            state.mean, state.sd = self._foresee(state)
         return state
 
     def ask(self, state: GaussianProcessState) -> Query | None:
-        """Candidate with the greatest acquisition value; in the finals the next of them."""
-        if not state.today:
-            return state.queries[int(np.argmax(state.mean if state.asked else state.expected))]
-        chosen = self._promising(state)
-        if chosen is not None:
-            return state.queries[chosen]
-        order = self._finalists(state)
-        order += order[::-1]
-        if len(state.finals) == len(order):
+        """Candidate with the greatest acquisition value."""
+        left = np.setdiff1d(np.arange(len(state.queries)), state.today)
+        if not left.size or len(state.today) >= self.queries:
             return None
-        rest_s = self.pause_s if state.finals else self.rest_s
-        return replace(state.queries[order[len(state.finals)]], longer_s=rest_s)
+        if not state.asked:
+            return state.queries[int(np.argmax(state.expected))]
+        mean, sd = self._foresee(state)
+        if not state.today:
+            return state.queries[int(np.argmax(mean))]
+        gain = expected_improvement(mean[left], sd[left], float(mean[state.today].max()))
+        if gain.max() < self.least_gain:
+            return None
+        promise = gain if self.acquisition == "ei" else mean[left] + self.kappa * sd[left]
+        return state.queries[int(left[np.argmax(promise)])]
 
     def tell(self, state: GaussianProcessState, query: Query, response: Response) -> None:
         """Record the response."""
-        if state.today and self._promising(state) is None:
-            state.finalists = self._finalists(state)
-            state.finals.append(response.quality)
-            return
         state.asked.append(state.queries.index(query))
         state.quality.append(response.quality)
-        state.mean, state.sd = self._foresee(state)
 
     def recommend(self, state: GaussianProcessState) -> Found | None:
-        """Query so far with the greatest expected quality; after the finals that with the greatest mean."""
+        """Query so far with the greatest expected quality."""
         if not state.today:
             return None
-        known, quality = state.today, state.mean[state.today]
-        if state.finals and len(state.finals) == _ROUNDS * len(state.finalists):
-            there, back = np.reshape(state.finals, (_ROUNDS, -1))
-            known, quality = state.finalists, 0.5 * (there + back[::-1])
-        best = int(np.argmax(quality))
-        return Found(state.queries[known[best]], float(quality[best]))
-
-    def _promising(self, state: GaussianProcessState) -> int | None:
-        """New candidate with the greatest acquisition value; None once the finals have come."""
-        left = np.setdiff1d(np.arange(len(state.queries)), state.today)
-        if state.finalists or not left.size or len(state.today) >= self.queries - _ROUNDS * self.finalists:
-            return None
-        mean, sd = state.mean[left], state.sd[left]
-        gain = expected_improvement(mean, sd, float(state.mean[state.today].max()))
-        if gain.max() < self.least_gain:
-            return None
-        return int(left[np.argmax(gain if self.acquisition == "ei" else mean + self.kappa * sd)])
-
-    def _finalists(self, state: GaussianProcessState) -> list[int]:
-        """The queries of this day with the greatest expected quality, the best first."""
-        best = sorted(state.today, key=lambda index: -state.mean[index])[:self.finalists]
-        return list(state.finalists) or best
+        known = self._foresee(state)[0][state.today]
+        return Found(state.queries[state.today[int(np.argmax(known))]], float(known.max()))
 
     def _foresee(self, state: GaussianProcessState) -> tuple[Array, Array]:
         """Posterior mean and standard deviation of the quality of all candidates on this day, (n,) each."""

@@ -67,7 +67,7 @@ class Timetable:
         """Duration of a phase of a query, ns."""
         half_s = 0.5 * self.stair_s
         seconds = {
-            REST: self.rest_s - self.measure_s + query.longer_s, BASELINE: self.measure_s, RAMP: self.ramp_s,
+            REST: self.rest_s - self.measure_s, BASELINE: self.measure_s, RAMP: self.ramp_s,
             SETTLE: half_s if query.stair else self.settle_s,
             MEASURE: half_s if query.stair else self.measure_s}[phase]
         return duration_ns(seconds, NS_PER_S, "timetable")

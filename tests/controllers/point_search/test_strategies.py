@@ -29,7 +29,7 @@ EXTRAS = {name: find_spec(package) is not None
 KNOWN = {"exhaustive": Exhaustive(), "listed": Listed(elements=((2,), (3, 1)), current_ma=(4.0, 8.0)),
          "random": Random(queries=7), "two_phase": TwoPhase(step_uc=0.7, best=3),
          "semi_automatic": SemiAutomatic(step_ma=3.0, stairs=5),
-         "gaussian_process": GaussianProcess(queries=9, finalists=2),
+         "gaussian_process": GaussianProcess(queries=9),
          "optuna": OptunaSearch(queries=6, first=3)}
 NAMES = [name for name in KNOWN if EXTRAS.get(name, True)]
 
@@ -215,47 +215,25 @@ def test_the_gaussian_process_is_that_of_the_formula(yesterday, acquisition):
     assert strategy.recommend(state).quality == pytest.approx(best, abs=1e-9)
     most = max(gain[k] for k in left)
     assert replace(strategy, least_gain=0.999 * most).ask(state) is not None
-    assert replace(strategy, least_gain=1.001 * most, finalists=0).ask(state) is None
-    final = replace(strategy, least_gain=1.001 * most, rest_s=50.0).ask(state)
-    assert final == replace(queries[max((0, 5, 9), key=lambda k: mean[k])], longer_s=50.0)
-
-
-@pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
-def test_finals_choose_what_is_best_at_rest():
-    """Of one electrode, tired muscles answer most to the most current; rested ones to a middle one."""
-    space = SearchSpace(layouts=(ArrayLayout(rows=1, columns=1),), currents_ma=(8.0, 12.0, 16.0, 20.0))
-    rested = dict(zip(space.currents_ma, (0.2, 0.5, 0.6, 0.4), strict=True))
-    strategy = GaussianProcess(queries=12, finalists=3, current_ma=1.0, least_gain=0.0, pause_s=4.0)
-    state, asked = strategy.start(space, 0), []
-    while (query := strategy.ask(state)) is not None:
-        asked.append(query)
-        final = len(asked) > len(rested)
-        quality = rested[query.current_ma] if final else 0.02 * query.current_ma
-        strategy.tell(state, query, Response(quality, np.zeros(len(FREEDOMS))))
-        before_last = strategy.recommend(state) if len(asked) == 9 else None
-        assert before_last is None or before_last.query.current_ma == 20.0
-    assert [query.current_ma for query in asked[4:]] == [20.0, 16.0, 12.0, 12.0, 16.0, 20.0]
-    assert [query.longer_s for query in asked] == [0.0] * 4 + [120.0] + [4.0] * 5
-    assert strategy.recommend(state).query.current_ma == 16.0
-    assert strategy.recommend(state).quality == pytest.approx(0.6)
+    assert replace(strategy, least_gain=1.001 * most).ask(state) is None
 
 
 @pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
 def test_a_second_day_begins_where_the_first_ended():
     """The arrays lie a little elsewhere: the first query is near the best, and few are needed."""
-    space, strategy = SearchSpace(), GaussianProcess(finalists=0)
+    space = SearchSpace()
 
     def search(space, middle, seed):
         rng = np.random.default_rng(seed)
-        state, asked, found = strategy.start(space, 0), [], None
-        while (query := strategy.ask(state)) is not None:
+        state, asked, found = GaussianProcess().start(space, 0), [], None
+        while (query := GaussianProcess().ask(state)) is not None:
             away = np.linalg.norm(space.position(query.elements) - middle) / 20.0
             off = np.log(query.current_ma / 16.0) / 0.6
             quality = float(np.exp(-0.5 * (away**2 + off**2)) + 0.02 * rng.standard_normal())
-            strategy.tell(state, query, Response(quality, np.zeros(len(FREEDOMS))))
+            GaussianProcess().tell(state, query, Response(quality, np.zeros(len(FREEDOMS))))
             asked.append(EarlierResponse(elements=query.elements, current_ma=query.current_ma,
                                          quality=quality))
-            found = strategy.recommend(state)
+            found = GaussianProcess().recommend(state)
         return asked, found
 
     middle = space.position((43,))
