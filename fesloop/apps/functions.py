@@ -101,15 +101,16 @@ def film(
     size: width and height, pixels, even numbers.
     speed: 1 is real time, 0.25 a quarter of it.
 
-    Raises InputError for a recording without a hand, for values that it does not allow, for a file that cannot
-    be written, and where PyAV or OpenGL is not installed.
+    Raises InputError for a recording without a hand, for values that cannot be, for a file that cannot be
+    written, and where PyAV or OpenGL is not installed.
     """
     from fesloop.experiment.recording.reading import Recording
     from fesloop.show.film.film import Cut
     from fesloop.show.film.film import film as write_film
 
     path = _path_of(recording)
-    cut = Cut(trial=trial, from_s=from_s, until_s=until_s, fps=fps, width=size[0], height=size[1], speed=speed)
+    cut = Cut(trial=trial, from_s=from_s, until_s=until_s, fps=fps, width=size[0], height=size[1],
+              speed=speed)
     with Recording(path) as opened:
         return write_film(opened, path.with_suffix(".mp4") if out is None else Path(out), cut).path
 

@@ -65,9 +65,9 @@ def telling_s(score: Mapping[str, Any], times_s: Array, positions: Array) -> flo
         return None
     grasp = score.get("grasp")
     if isinstance(grasp, Mapping):
-        ends = grasp.get("from_s"), grasp.get("until_s")
-        if all(isinstance(end, (int, float)) for end in ends):
-            middle = 0.5 * (float(ends[0]) + float(ends[1]))
+        begin, end = grasp.get("from_s"), grasp.get("until_s")
+        if isinstance(begin, (int, float)) and isinstance(end, (int, float)):
+            middle = 0.5 * (float(begin) + float(end))
             if times_s[known[0]] <= middle <= times_s[known[-1]]:
                 return middle
     own = positions[known] - positions[known, :1]

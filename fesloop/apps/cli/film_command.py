@@ -16,8 +16,8 @@ from fesloop.show.film.film import Cut, film
 def execute(args: Namespace) -> int:
     """Film a recording; print what is not shown, and the file."""
     width, height = size_of(args.size)
-    cut = Cut(trial=args.trial, from_s=args.begin, until_s=args.until, fps=args.fps, width=width, height=height,
-              speed=args.speed)
+    cut = Cut(trial=args.trial, from_s=args.begin, until_s=args.until, fps=args.fps, width=width,
+              height=height, speed=args.speed)
     out = Path(args.out) if args.out else Path(args.recording).with_suffix(".mp4")
     with progress_bar(f"film {args.recording}") as bar, Recording(args.recording) as recording:
         filmed = film(recording, out, cut, bar)

@@ -145,7 +145,8 @@ def _add_film(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--from", type=float, metavar="SECONDS", dest="begin",
                          help="first instant (default: the trial's first)")
     command.add_argument("--until", type=float, metavar="SECONDS", help="last instant (default: its last)")
-    command.add_argument("--fps", type=float, metavar="HZ", help="pictures per second (default: 30; of .gif 20)")
+    command.add_argument("--fps", type=float, metavar="HZ",
+                         help="pictures per second (default: 30; of .gif 20)")
     command.add_argument("--size", metavar="WIDTHxHEIGHT", default="1280x720",
                          help="pixels (default: 1280x720); upright, the hand stands above the stimulation")
     command.add_argument("--speed", type=float, metavar="TIMES", default=1.0,

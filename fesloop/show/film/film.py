@@ -94,8 +94,8 @@ def film(recording: Recording, out: Path, cut: Cut, progress: Progress = lambda 
     spans = {} if hand is None else recorded_spans(recording, hand)
     if hand is None or not spans:
         found = "has no hand to film" if hand is None else f"holds no row of a hand (run {recording.status})"
-        raise InputError(str(recording.path), found, "a recording of a hand, of a tracker with its 23 angles, "
-                         "or of a finger whose three are scored")
+        raise InputError(str(recording.path), found, "a recording of a hand, of a tracker with its 23 "
+                         "angles, or of a finger whose three are scored")
     trial = _trial(recording, cut, spans)
     at_ns = _instants(cut, trial, spans[trial], fps)
     notes: list[str] = []

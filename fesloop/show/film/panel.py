@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +80,9 @@ class Panel:
 
         dpi = _DPI * min(height / _HEIGHT_PX, width / (_WIDE * _HEIGHT_PX))
         self._figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor=PAPER)
-        self._canvas = FigureCanvasAgg(self._figure)
+        # matplotlib leaves the canvas's methods without types
+        canvas: Any = FigureCanvasAgg(self._figure)
+        self._canvas = canvas
         self._unit_px, self._span_s = dpi / _DPI, span_s
         self._channels = channels
         wide = width >= _WIDE * height
@@ -101,9 +103,8 @@ class Panel:
             top = head if wide else self.hand.top + self.hand.height + foot
             left = self.hand.width if wide else edge
             self._stack(Place(left, top, width - left - edge, height - top - edge), note)
-        self._canvas.draw()
-        self._still = np.asarray(self._canvas.buffer_rgba()).copy()
-        self._background = self._canvas.copy_from_bbox(self._figure.bbox)
+        canvas.draw()
+        self._background = canvas.copy_from_bbox(self._figure.bbox)
 
     def around(self, hand: Picture, time_s: float) -> Picture:
         """Picture (height, width, 3) of an instant, with a picture of the hand in its place."""
@@ -175,7 +176,7 @@ class Panel:
         past = axes.fill_between(times, charge, step="post", color=colour, alpha=0.85, linewidth=0.0,
                                  animated=True)
         head = axes.axvline(self._span_s[0], color=INK, linewidth=1.2, animated=True)
-        above = {"transform": axes.transAxes, "fontsize": 12 * 0.72, "va": "bottom"}
+        above: dict[str, Any] = {"transform": axes.transAxes, "fontsize": 12 * 0.72, "va": "bottom"}
         axes.text(0.0, 1.03, f"channel {channel.number}", ha="left", color=INK, weight="bold", **above)
         now = axes.text(1.0, 1.03, "", ha="right", animated=True, **above)
         axes.set_xlim(*self._span_s)

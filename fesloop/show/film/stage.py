@@ -129,8 +129,8 @@ class Stage:
                 self._place(body, row)
         seen = [_THING_GROUP, _ESTIMATE_GROUP if self._alone else _TRUTH_GROUP]
         picture = self._rendered(seen, before_paper=True)
-        rows = hands.get(ESTIMATE)
-        if self._alone or rows is None or not np.isfinite(rows).all():
+        estimate = hands.get(ESTIMATE)
+        if self._alone or estimate is None or not np.isfinite(estimate).all():
             return picture
         whole = self._rendered([_ESTIMATE_GROUP])
         # Where both hands coincide the true one is in front.
@@ -215,7 +215,7 @@ def _overlaid(picture: Picture, whole: Picture, ahead: Picture) -> Picture:
     fill = np.where(visible > 0.0, _AHEAD_COVER * visible, _BEHIND_COVER * cover)
     alpha = np.maximum(fill * inner, _EDGE_COVER * edge)[..., np.newaxis]
     shaded = light / np.maximum(cover, 1e-3)[..., np.newaxis]
-    colour = np.where(edge[..., np.newaxis] > 0.3, np.float32(GHOST), np.minimum(shaded, 1.0))
+    colour = np.where(edge[..., np.newaxis] > 0.3, np.array(GHOST, dtype=np.float32), np.minimum(shaded, 1.0))
     return np.asarray(np.rint((1.0 - alpha) * picture + 255.0 * alpha * colour), dtype=np.uint8)
 
 

@@ -37,7 +37,8 @@ def writer_of(out: Path) -> Write:
     try:
         import av  # noqa: F401
     except ImportError:
-        raise InputError(f"--out {out}", "PyAV, which writes MP4, is not installed", "the extra film, or .gif",
+        raise InputError(f"--out {out}", "PyAV, which writes MP4, is not installed",
+                         "the extra film, or a name that ends in .gif",
                          "pip install 'fesloop[film]'") from None
     return _write_mp4
 
