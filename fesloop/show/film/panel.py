@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.show.film.stage import GHOST, PAPER, SKIN, Picture
-from fesloop.show.picture.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
+from fesloop.show.picture.palette import CHANNELS, FAINT, INK
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-_COLOURS = (BLUE, GREEN, PURPLE, SKY, VERMILION, "#7a5c00", ORANGE, "#404040")
-"""Colours of channels (yellow and black of the palette replaced: they are too faint and too strong)."""
+_COLOURS = (*CHANNELS[:6], "#404040", "#8a7a00")
+"""Colours of channels: those of all figures, black lightened and yellow darkened."""
 MOST_CHANNELS = 8
 _DPI, _HEIGHT_PX = 100, 720
 """Letters have their size in points in a picture of this height, and grow with it."""

@@ -133,8 +133,9 @@ def known_of(recording: Recording) -> Known:
     score = recording.experiment.get("score")
     experiment, not_resolved = _resolved(recording)
     best = best_trial(recording, metrics) if begun else 0
-    return Known(recording, begun, _drawn(begun, best), cast, metrics, score if isinstance(score, dict) else {},
-                 tuple(lacks), frozenset(recording.signals), experiment, not_resolved, best)
+    return Known(recording, begun, _drawn(begun, best), cast, metrics,
+                 score if isinstance(score, dict) else {}, tuple(lacks), frozenset(recording.signals),
+                 experiment, not_resolved, best)
 
 
 def _resolved(recording: Recording) -> tuple[Experiment | None, str]:

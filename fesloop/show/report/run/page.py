@@ -86,12 +86,14 @@ def run_page(recording: Recording, notices: Sequence[str] = (),
 
 def _telling_s(known: Known, sections: Sequence[Section]) -> float | None:
     """Instant at which the hand of the trial that the page opens with is shown; None without a hand."""
-    figure = next((part for section in sections for part in section.parts if isinstance(part, Figure3d)), None)
+    parts = (part for section in sections for part in section.parts)
+    figure = next((part for part in parts if isinstance(part, Figure3d)), None)
     frames = None if figure is None else figure.trials.get(known.best)
     if frames is None or not frames.hands:
         return None
     poses = frames.hands.get(TRUTH, next(iter(frames.hands.values())))
-    return telling_s(known.score, frames.start_s + frames.step_s * np.arange(len(poses)), poses[..., 4:])
+    times_s = frames.start_s + frames.step_s * np.arange(len(poses), dtype=np.float64)
+    return telling_s(known.score, times_s, poses[..., 4:])
 
 
 def _built(known: Known, key: str, title: str, build: Build) -> Iterator[Section]:
