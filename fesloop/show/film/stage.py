@@ -111,6 +111,12 @@ class Stage:
         self._camera.azimuth = float(np.rad2deg(np.arctan2(north, east)))
         self._camera.elevation = float(np.rad2deg(np.arcsin(up)))
         self._camera.lookat[:] = middle
+        # The lamp stands above the camera's left shoulder, so that no view is dark.
+        right = np.cross(self._along, [0.0, 0.0, 1.0])
+        right /= np.linalg.norm(right)
+        lit = 0.6 * self._along + 0.35 * right - 0.75 * np.cross(right, self._along)
+        self._model.light_dir[0] = lit / np.linalg.norm(lit)
+        self._model.light_pos[0] = middle - self._model.light_dir[0]
         half = 0.5 * max(height_m, width_m / self._aspect)
         self._camera.distance = half / np.tan(np.deg2rad(0.5 * _FOVY_DEG))
 
@@ -192,8 +198,7 @@ def _lights(spec: Any, width: int, height: int) -> None:
     spec.add_material(name="ghost", specular=0.0, emission=0.5)
     spec.add_material(name="object", specular=0.3, shininess=0.5)
     spec.add_material(name="table", specular=0.0)
-    spec.worldbody.add_light(name="lamp", pos=[-0.5, 0.1, 1.2], dir=[0.45, -0.05, -1.0],
-                             type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, castshadow=True,
+    spec.worldbody.add_light(name="lamp", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, castshadow=True,
                              diffuse=[0.48] * 3, specular=[0.3] * 3, ambient=[0.0] * 3)
 
 

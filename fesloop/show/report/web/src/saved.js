@@ -137,6 +137,9 @@ function resolved(drawn) {
   const copies = [copy, ...copy.querySelectorAll("*")];
   [drawn, ...drawn.querySelectorAll("*")].forEach((each, i) => {
     const style = getComputedStyle(each);
+    for (const { name, value } of [...copies[i].attributes]) {
+      if (value.includes("var(--")) copies[i].removeAttribute(name); // said in `style` from here on
+    }
     for (const name of STYLES) copies[i].style.setProperty(name, style.getPropertyValue(name));
   });
   copy.querySelectorAll(".play-head, style").forEach((each) => each.remove());
