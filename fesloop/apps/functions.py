@@ -105,6 +105,9 @@ def film(
     written, and where PyAV or OpenGL is not installed.
     """
     from fesloop.experiment.recording.reading import Recording
+    from fesloop.show.film.opengl import require_opengl
+
+    require_opengl()
     from fesloop.show.film.film import Cut
     from fesloop.show.film.film import film as write_film
 

@@ -1,6 +1,8 @@
 """Films: what is in them, that they keep time, and what is refused in one line."""
 
 import json
+import os
+import subprocess
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -98,6 +100,17 @@ def test_nothing_that_draws_is_one_line(monkeypatch):
     with pytest.raises(InputError, match=r"nothing draws in three dimensions.*EGL or OSMesa"), \
             drawing_surface(64, 64):
         pass
+
+
+@pytest.mark.slow
+def test_an_opengl_that_is_not_installed_is_one_line(path, tmp_path):
+    """In a process of its own: MuJoCo is imported once. (This name is unknown to every version of MuJoCo.)"""
+    script = f"from fesloop.apps.cli import main; raise SystemExit(main(['film', {str(path)!r}]))"
+    done = subprocess.run([sys.executable, "-c", script], check=False, capture_output=True, text=True,
+                          env={**os.environ, "MUJOCO_GL": "nothing"}, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("fesloop: MUJOCO_GL=nothing: MuJoCo cannot load this OpenGL")
+    assert done.stderr.count("\n") == 1
 
 
 def channel(number=2):

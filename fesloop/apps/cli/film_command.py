@@ -10,12 +10,15 @@ from pathlib import Path
 from fesloop.apps.cli.output import print_json, progress_bar
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
-from fesloop.show.film.film import Cut, film
+from fesloop.show.film.opengl import require_opengl
 
 
 def execute(args: Namespace) -> int:
     """Film a recording; print what is not shown, and the file."""
     width, height = size_of(args.size)
+    require_opengl()
+    from fesloop.show.film.film import Cut, film
+
     cut = Cut(trial=args.trial, from_s=args.begin, until_s=args.until, fps=args.fps, width=width,
               height=height, speed=args.speed)
     out = Path(args.out) if args.out else Path(args.recording).with_suffix(".mp4")
