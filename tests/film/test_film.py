@@ -51,7 +51,7 @@ def colours(picture):
 
 @contextmanager
 def surface():
-    """A surface to draw on. Without OpenGL tests are skipped: the README's tests need no package of Debian."""
+    """A surface to draw on. Without OpenGL tests are skipped: the README's need no package of Debian."""
     with ExitStack() as stack:
         try:
             stack.enter_context(drawing_surface(160, 120))
