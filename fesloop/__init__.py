@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fesloop.apps.functions import identify, report, run, study
+    from fesloop.apps.functions import film, identify, report, run, study
     from fesloop.errors import FesloopError, InputError, RunError
     from fesloop.experiment.files.parse import load
     from fesloop.experiment.record_spec import Record
@@ -46,6 +46,7 @@ _HOMES = {
     "Score": "fesloop.experiment.score_spec",
     "Wire": "fesloop.loop.wire",
     "Wiring": "fesloop.loop.wiring",
+    "film": "fesloop.apps.functions",
     "identify": "fesloop.apps.functions",
     "load": "fesloop.experiment.files.parse",
     "report": "fesloop.apps.functions",
@@ -68,6 +69,7 @@ __all__ = [
     "Score",
     "Wire",
     "Wiring",
+    "film",
     "identify",
     "load",
     "report",

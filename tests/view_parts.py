@@ -10,6 +10,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.show.picture.hand_mesh import Mesh
 from fesloop.show.report.parts import Figure3d, Frames
+from fesloop.show.view.readout import Readout
 from fesloop.show.view.server import ViewServer
 from fesloop.show.view.shown import Shown, Span
 
@@ -28,6 +29,7 @@ class ToldSource:
         self.figure = Figure3d(key="hand", trials={0: frames}, shapes={"truth": [TRIANGLE]},
                                text="A triangle.")
         self.made = self.closed = 0
+        self.shown, self.readout = min(self.spans, default=0), Readout()
 
     def play(self, start):
         if start.trial not in (self.spans or [0]):

@@ -1,4 +1,4 @@
-"""Functions of the commands of the same names: `fesloop.run`, `study`, `report`, `identify`."""
+"""Functions of the commands of the same names: `fesloop.run`, `study`, `report`, `film`, `identify`."""
 
 from __future__ import annotations
 
@@ -76,13 +76,46 @@ def report(*sources: str | Path | Result, out: str | Path | None = None) -> Path
     from fesloop.apps.report_pages import page_of, report_path
     from fesloop.show.report.page import write_page
 
-    paths = [each if isinstance(each, Path) else Path(getattr(each, "recording", None) or str(each))
-             for each in sources]
+    paths = [_path_of(each) for each in sources]
     if not paths:
         raise InputError("report", "of nothing", "recordings, results of runs, or a study's folder")
     target = report_path(paths, out)
     write_page(page_of(paths, lambda share: None)[1], target)
     return target
+
+
+def film(
+    recording: str | Path | Result, out: str | Path | None = None, *, trial: int | None = None,
+    from_s: float | None = None, until_s: float | None = None, fps: float | None = None,
+    size: tuple[int, int] = (1280, 720), speed: float = 1.0,
+) -> Path:
+    """Film a trial of a run, as `fesloop film` does, and return the film's path.
+
+    Parameters
+    ----------
+    recording: the run, or its recording.
+    out: file that ends in .mp4 (extra `film`) or .gif; None: an MP4 beside the recording.
+    trial: counted from 0; None: the one that held its object with the least error.
+    from_s, until_s: first and last instant of the trial, s; None: all that is recorded.
+    fps: pictures per second of the film; None: 30, of a GIF 20.
+    size: width and height, pixels, even numbers.
+    speed: 1 is real time, 0.25 a quarter of it.
+
+    Raises InputError for a recording without a hand, for values that cannot be, for a file that cannot be
+    written, and where PyAV or OpenGL is not installed.
+    """
+    from fesloop.experiment.recording.reading import Recording
+    from fesloop.show.film.opengl import require_opengl
+
+    require_opengl()
+    from fesloop.show.film.film import Cut
+    from fesloop.show.film.film import film as write_film
+
+    path = _path_of(recording)
+    cut = Cut(trial=trial, from_s=from_s, until_s=until_s, fps=fps, width=size[0], height=size[1],
+              speed=speed)
+    with Recording(path) as opened:
+        return write_film(opened, path.with_suffix(".mp4") if out is None else Path(out), cut).path
 
 
 def identify(
@@ -104,6 +137,11 @@ def identify(
     path = getattr(recording, "recording", None) or recording
     model: PatientModel = identifier()(str(path), measured=measured, method=method).model
     return model
+
+
+def _path_of(given: str | Path | Result) -> Path:
+    """Path of a recording, or of the recording of a result."""
+    return given if isinstance(given, Path) else Path(getattr(given, "recording", None) or str(given))
 
 
 def setting_texts(settings: Settings) -> Sequence[str]:

@@ -35,6 +35,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_study(commands)
     _add_report(commands)
     _add_picture(commands)
+    _add_film(commands)
     _add_view(commands)
     _add_import(commands)
     _add_export(commands)
@@ -130,9 +131,26 @@ def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
                          help="a file that fesloop run or fesloop import --stimulation wrote")
     command.add_argument("--at", metavar="SECONDS", type=float, nargs="+", default=[],
                          help="times to draw (default: up to four whose postures differ most)")
-    command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: the last)")
+    command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: the best)")
     command.add_argument("--out", metavar="DIR", default="pictures",
                          help="folder of the pictures (default: pictures)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_film(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("film", help="film the hand, its estimate and stimulation of a recording")
+    command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
+    command.add_argument("--out", metavar="FILE", help="a file .mp4 (extra film) or .gif (default: RUN.mp4)")
+    command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: the best)")
+    command.add_argument("--from", type=float, metavar="SECONDS", dest="begin",
+                         help="first instant (default: the trial's first)")
+    command.add_argument("--until", type=float, metavar="SECONDS", help="last instant (default: its last)")
+    command.add_argument("--fps", type=float, metavar="HZ",
+                         help="pictures per second (default: 30; of .gif 20)")
+    command.add_argument("--size", metavar="WIDTHxHEIGHT", default="1280x720",
+                         help="pixels (default: 1280x720); upright, the hand stands above the stimulation")
+    command.add_argument("--speed", type=float, metavar="TIMES", default=1.0,
+                         help="1 is real time (default), 0.25 slow motion")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 

@@ -42,8 +42,9 @@ _MOST_ACTIVE = 7
 _OUT_OF_REACH_MM = 300.0
 """Chosen: longer than a hand. An object that misses its table falls some 100 m in 5 s."""
 _MOTION_COLOURS = {"mcp": BLUE, "pip": GREEN, "dip": ORANGE, "cmc": BLACK, "ip": ORANGE, "wrist": BLUE}
-_ABOUT = {"wrist": "wrist", "F1": "F1, thumb", "F2": "F2, index", "F3": "F3, middle", "F4": "F4, ring",
-          "F5": "F5, little"}
+DIGITS = {"wrist": "wrist", "F1": "F1, thumb", "F2": "F2, index", "F3": "F3, middle", "F4": "F4, ring",
+           "F5": "F5, little"}
+"""Parts of the hand by the beginning of their joints' names, in words."""
 
 
 def courses_figure(
@@ -176,7 +177,7 @@ def _joints(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tupl
             break
     freedoms = hand_tree(cast.hand.hand_size).freedoms
     return [partial(_digit, part, f"{about}{thin if part == 'wrist' else ''}", freedoms, (seconds, values),
-                    estimate) for part, about in _ABOUT.items()], []
+                    estimate) for part, about in DIGITS.items()], []
 
 
 def _digit(

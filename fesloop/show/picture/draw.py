@@ -15,6 +15,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.show.best_trial import best_trial
 from fesloop.show.picture.arm import arm_figure, arm_of
 from fesloop.show.picture.arrays import arrays_figure, stimulation_at
 from fesloop.show.picture.cast import Cast, cast_of
@@ -110,7 +111,7 @@ def draw(
 ) -> Drawn:
     """Draw the hand, the arrays at every instant, and time courses, or an arm, as far as they are recorded.
 
-    `trial`: which; None: the last, as a first trial may be one before anything is learnt or stimulated.
+    `trial`: which; None: the best (`fesloop.show.best_trial`).
 
     Raises
     ------
@@ -126,7 +127,7 @@ def draw(
     if not recording.trials:
         raise InputError(str(recording.path), f"holds no row of any trial (run {recording.status})",
                          "a recording with something to draw")
-    trial = recording.trials - 1 if trial is None else trial
+    trial = best_trial(recording) if trial is None else trial
     if not 0 <= trial < recording.trials:
         raise InputError(f"--trial {trial}", "is not in the recording", f"0 to {recording.trials - 1}")
     span = _recorded(recording, cast, arm, trial)

@@ -116,7 +116,8 @@ def drawn_numbers(page: Page) -> dict[str, Any]:
         if part.key in parts:
             raise ValueError(f"a page's parts need keys of their own; {part.key!r} is there twice")
         parts[part.key] = _described(part, numbers)
-    return {"trials": [int(trial) for trial in page.trials], "shown": int(page.shown), "parts": parts,
+    return {"trials": [int(trial) for trial in page.trials], "shown": int(page.shown),
+            "at": None if page.at_s is None else float(page.at_s), "parts": parts,
             "arrays": numbers.kept}
 
 

@@ -291,7 +291,8 @@ class Page:
     ----------
     title: of the page. sentence: summary. facts: under the title (experiment, seed, versions).
     trials: trials that can be chosen; empty if there is no choice.
-    shown: trial that is chosen at first.
+    shown: trial that is chosen at first. at_s: its instant at which the hand is shown until it is played;
+        None: the first.
     """
 
     title: str
@@ -300,3 +301,4 @@ class Page:
     sections: Sequence[Section]
     trials: Sequence[int] = ()
     shown: int = 0
+    at_s: float | None = None

@@ -17,9 +17,11 @@ from fesloop.errors import InputError
 from fesloop.experiment.recording.form import undamaged
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.show.picture.cast import cast_of
 from fesloop.show.report.motion import figure_of, hand_of
 from fesloop.show.report.recorded_hand import RecordedHand
-from fesloop.show.view.played import AHEAD, NO_HAND, WITH_HAND, Seen, poses_at
+from fesloop.show.view.played import AHEAD, NO_HAND, WITH_HAND, Seen, seen_at
+from fesloop.show.view.readout import readout_of
 from fesloop.show.view.shown import FRAME_S, Play, Shown, Span, Start
 
 Instants = NDArray[np.int64]
@@ -188,10 +190,11 @@ class FollowedRecording:
             raise InputError(str(path), NO_HAND, WITH_HAND)
         self.spans: Mapping[int, Span] = {}
         self.notices: Sequence[str] = ()
-        self._hand = hand
+        self._hand, self.shown = hand, 0
+        self.readout = readout_of(recording, cast_of(recording), recording.experiment.get("score", {}))
         recording.close()
-        self._rows = GrowingRecording(path, list(dict.fromkeys(
-            name.partition(".")[0] for name in hand.sources)))
+        of_hand = [name.partition(".")[0] for name in hand.sources]
+        self._rows = GrowingRecording(path, list(dict.fromkeys([*of_hand, *self.readout.nodes])))
         try:
             trial, newest_ns = _first_rows(self._rows, hand, path)
             times, _ = self._rows.column(hand.sources[0], trial)
@@ -262,12 +265,13 @@ class FollowedRecording:
         trial, number = self._head.trial, _number(self._head.time_ns)
         if (trial, number) not in self._made:
             numbers = range(number, max(number, min(number + AHEAD - 1, _number(known_ns))) + 1)
-            seen = poses_at(self._rows, self._hand, trial, [_instant_ns(each) for each in numbers],
-                            len(self.figure.objects))
+            at_ns = [_instant_ns(each) for each in numbers]
+            seen = seen_at(self._rows, self._hand, self.readout, trial, at_ns, len(self.figure.objects))
             self._made = {(trial, each): poses for each, poses in zip(numbers, seen, strict=True)}
-        hands, objects = self._made[trial, number]
+        hands, objects, readings = self._made[trial, number]
         time_s = _instant_ns(number) / NS_PER_S
-        return Shown(trial=trial, time_s=time_s, note=note, hands=hands, objects=objects)
+        return Shown(trial=trial, time_s=time_s, note=note, hands=hands, objects=objects,
+                     readings=readings)
 
     def close(self) -> None:
         """Close the file."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
+from fesloop.show.best_trial import best_trial
+from fesloop.show.picture.cast import cast_of
 from fesloop.show.picture.signals import Signals
 from fesloop.show.report.motion import figure_of, hand_of, recorded_spans
 from fesloop.show.report.recorded_hand import RecordedHand, hands_at, padded
+from fesloop.show.view.readout import Readout, readout_of
 from fesloop.show.view.shown import FRAME_S, Play, Shown, Span, Start
 
 Array = NDArray[np.float64]
@@ -23,18 +26,21 @@ AHEAD = 15
 
 
 class Seen(NamedTuple):
-    """Poses at one instant, of each hand (17, 7), and of the objects that move (objects, 7)."""
+    """Poses at one instant, of each hand (17, 7), and of the objects that move (objects, 7), and readings."""
 
     hands: Mapping[str, Array]
     objects: Array
+    readings: Mapping[str, Any]
 
 
-def poses_at(signals: Signals, hand: RecordedHand, trial: int, at_ns: list[int], objects: int) -> list[Seen]:
-    """Poses at instants of a trial; `objects`: how many there are."""
+def seen_at(signals: Signals, hand: RecordedHand, readout: Readout, trial: int, at_ns: list[int],
+            objects: int) -> list[Seen]:
+    """Poses and readings at instants of a trial; `objects`: how many there are."""
     instants = np.array(at_ns, dtype=np.int64)
     found = hands_at(signals, hand, trial, instants)
     things = padded(found.solid_poses, objects)
-    return [Seen({name: rows[i] for name, rows in found.hands.items()}, things[i])
+    readings = readout.at(signals, trial, instants)
+    return [Seen({name: rows[i] for name, rows in found.hands.items()}, things[i], readings[i])
             for i in range(len(at_ns))]
 
 
@@ -74,6 +80,10 @@ class PlayedRecording:
         self.spans: Mapping[int, Span] = {
             trial: Span(first_s=first / NS_PER_S, last_s=last / NS_PER_S)
             for trial, (first, last) in spans_ns.items()}
+        best = best_trial(self._recording)
+        self.shown = best if best in self.spans else min(self.spans)
+        self.readout = readout_of(self._recording, cast_of(self._recording),
+                                  self._recording.experiment.get("score", {}))
 
     def play(self, start: Start) -> Play:
         """Play from an instant to the end of its trial. Raises InputError for a start that does not exist."""
@@ -88,8 +98,9 @@ class PlayedRecording:
         """Frames of several instants."""
         at_ns = [round(time_s * NS_PER_S) for time_s in times_s]
         with self._lock:
-            seen = poses_at(self._recording, self._hand, trial, at_ns, len(self.figure.objects))
-        return [Shown(trial=trial, time_s=time_s, hands=each.hands, objects=each.objects)
+            seen = seen_at(self._recording, self._hand, self.readout, trial, at_ns, len(self.figure.objects))
+        return [Shown(trial=trial, time_s=time_s, hands=each.hands, objects=each.objects,
+                      readings=each.readings)
                 for time_s, each in zip(times_s, seen, strict=True)]
 
     def close(self) -> None:

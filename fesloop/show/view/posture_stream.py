@@ -23,6 +23,7 @@ from fesloop.show.picture.posture import posture_of_angles
 from fesloop.show.report.motion import view_into
 from fesloop.show.report.parts import Figure3d, Frames
 from fesloop.show.report.recorded_hand import ESTIMATE
+from fesloop.show.view.readout import Readout
 from fesloop.show.view.shown import Play, Shown, Span, Start
 from fesloop.streams.labels import factor
 from fesloop.streams.live.description import Channel, channels_of
@@ -169,6 +170,7 @@ class PostureStream:
         self.title = f"stream {name}"
         self.spans: Mapping[int, Span] = {}
         self.notices: Sequence[str] = ()
+        self.shown, self.readout = 0, Readout()
         self.figure = _figure(size, name, turns=self._layout.turns)
         self._began_ns = time.monotonic_ns()
         self._newest: Pulled | None = None

@@ -46,15 +46,18 @@ def page_html(source: Source) -> str:
     """The page of a source."""
     figure = source.figure
     page = Page(title=source.title, sentence=figure.text, facts=(), trials=list(source.spans),
-                shown=min(source.spans, default=0),
+                shown=source.shown,
                 sections=[Section(key="hand", title="Hand", parts=[figure])])
+    readout = source.readout
     spans = {str(trial): [span.first_s, span.last_s] for trial, span in source.spans.items()}
     template = files("fesloop.show.view").joinpath("assets", "view.html.jinja").read_text(encoding="utf-8")
     made = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return made.from_string(template).render(
         page=page, figure=figure, notices=source.notices, style=Markup(asset("page.css")),
         script=Markup(asset(_SCRIPT)), licences=Markup(asset("licences.txt")),
-        numbers=Markup(as_json(drawn_numbers(page))), spans=Markup(as_json(spans)))
+        numbers=Markup(as_json(drawn_numbers(page))), spans=Markup(as_json(spans)),
+        readout=Markup(as_json({"groups": readout.groups, "hands": list(readout.angles),
+                                "channels": readout.channels})))
 
 
 LOOPBACK = "127.0.0.1"

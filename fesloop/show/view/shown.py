@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.show.report.parts import Figure3d
+from fesloop.show.view.readout import Readout
 
 Array = NDArray[np.float64]
 FRAME_S = 1.0 / 30.0
@@ -30,6 +31,7 @@ class Shown:
     hands: by name ("truth", "estimate"), poses (17, 7) as those of `fesloop.show.report.parts.Frames`.
     objects: (objects that move, 7).
     note: how far behind it is, or why nothing moves; empty where there is nothing to say.
+    readings: numbers beside the hand (`fesloop.show.view.readout.Readout.at`); empty where none are known.
     """
 
     trial: int
@@ -37,13 +39,15 @@ class Shown:
     hands: Mapping[str, Array]
     objects: Array
     note: str = ""
+    readings: Mapping[str, Any] = field(default_factory=dict)
 
     def as_json(self) -> str:
         """One line; a pose that holds anything that is no number is null."""
         return json.dumps({
             "trial": self.trial, "time_s": round(self.time_s, 4), "note": self.note,
             "hands": {name: _rows(poses) for name, poses in self.hands.items()},
-            "objects": _rows(self.objects)}, separators=(",", ":"), allow_nan=False)
+            "objects": _rows(self.objects), "readings": dict(self.readings)},
+            separators=(",", ":"), allow_nan=False)
 
 
 def _rows(poses: Array) -> list[list[float] | None]:
@@ -90,6 +94,14 @@ class Source(Protocol):
     @property
     def spans(self) -> Mapping[int, Span]:
         """Trials that can be chosen, with their lengths; none for a live source."""
+
+    @property
+    def shown(self) -> int:
+        """Trial that is shown at first; 0 for a live source."""
+
+    @property
+    def readout(self) -> Readout:
+        """Numbers that frames hold."""
 
     def play(self, start: Start) -> Play:
         """Begin to show. Raises InputError for a start that does not exist."""

@@ -104,9 +104,20 @@ def test_it_is_paused_scrubbed_and_played_on(looked_at):
 
 
 @pytest.mark.slow
-def test_another_trial_is_chosen(looked_at):
-    looked_at.get_by_label("Next trial").click()
-    wait_for(looked_at, lambda trial, at_s: trial == 1 and at_s > 0.1)
+def test_another_trial_is_chosen(looked_at, source):
+    other = 1 - source.shown
+    looked_at.get_by_label("Next trial" if other else "Trial before").click()
+    wait_for(looked_at, lambda trial, at_s: trial == other and at_s > 0.1)
+
+
+@pytest.mark.browser
+def test_angles_and_stimulation_stand_below_the_hand(looked_at, source):
+    play_slowly_from(looked_at, 100)
+    wait_for(looked_at, lambda trial, at_s: at_s > 0.3)
+    readout = looked_at.locator("#readout")
+    assert re.fullmatch(rf"Trial {source.shown}, \d\.\d\d s", readout.locator("h2").inner_text())
+    assert readout.locator("table").count() == len(source.readout.groups) + (source.readout.channels > 0)
+    assert re.fullmatch(r"−?\d+\.\d", readout.locator("tbody td").first.inner_text())
 
 
 @pytest.mark.slow
@@ -125,7 +136,7 @@ def test_it_stands_still_for_who_wants_less_motion_until_it_is_played(chromium, 
         page.goto(server.address)
         wait_for(page, lambda trial, at_s: True)
         page.wait_for_timeout(500)
-        assert shown(page) == (0, 0.0)
+        assert shown(page) == (source.shown, 0.0)
         page.locator(".transport").get_by_role("button", name="Play").click()
         wait_for(page, lambda trial, at_s: at_s > 0.1)
         context.close()

@@ -16,6 +16,7 @@ from fesloop.experiment.running import Experiment
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
+from fesloop.show.best_trial import best_trial
 from fesloop.show.picture.cast import Cast, cast_of
 from fesloop.show.report.parts import Mark
 
@@ -31,6 +32,7 @@ class Known:
     ----------
     recording: opened.
     begun: how many trials were begun. trials: those that are drawn in detail.
+    best: the one that the page opens with (`fesloop.show.best_trial`).
     cast: role of each block; None if unknown.
     metrics: by `fesloop.experiment.metrics.scoring`, as `fesloop run` prints them; none where that fails.
     score: table [score] of the experiment.
@@ -49,6 +51,7 @@ class Known:
     signals: frozenset[str] = field(repr=False)
     experiment: Experiment | None = None
     not_resolved: str = ""
+    best: int = 0
 
     @property
     def last(self) -> int:
@@ -129,8 +132,10 @@ def known_of(recording: Recording) -> Known:
             lacks.append(f"Nothing is scored: {_line(fault)}")
     score = recording.experiment.get("score")
     experiment, not_resolved = _resolved(recording)
-    return Known(recording, begun, _drawn(begun), cast, metrics, score if isinstance(score, dict) else {},
-                 tuple(lacks), frozenset(recording.signals), experiment, not_resolved)
+    best = best_trial(recording, metrics) if begun else 0
+    return Known(recording, begun, _drawn(begun, best), cast, metrics,
+                 score if isinstance(score, dict) else {}, tuple(lacks), frozenset(recording.signals),
+                 experiment, not_resolved, best)
 
 
 def _resolved(recording: Recording) -> tuple[Experiment | None, str]:
@@ -141,9 +146,10 @@ def _resolved(recording: Recording) -> tuple[Experiment | None, str]:
         return None, _line(fault)
 
 
-def _drawn(begun: int) -> tuple[int, ...]:
-    """Trials to be shown: the first, the last, and some evenly spaced between them."""
-    return tuple(np.unique(np.linspace(0, begun - 1, min(begun, MOST_TRIALS)).round().astype(int)).tolist())
+def _drawn(begun: int, best: int) -> tuple[int, ...]:
+    """Trials to be shown: the first, the last, some evenly spaced between them, and the best."""
+    spaced = np.linspace(0, begun - 1, min(begun, MOST_TRIALS)).round().astype(int)
+    return tuple(np.union1d(spaced, [best] if begun else []).astype(int).tolist())
 
 
 def _line(fault: Exception) -> str:

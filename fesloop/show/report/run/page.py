@@ -10,7 +10,9 @@ import numpy as np
 from fesloop.errors import FesloopError
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.recording.reading import Recording
-from fesloop.show.report.parts import Notice, Page, Section
+from fesloop.show.best_trial import telling_s
+from fesloop.show.report.parts import Figure3d, Notice, Page, Section
+from fesloop.show.report.recorded_hand import TRUTH
 from fesloop.show.report.run.events import events_section
 from fesloop.show.report.run.experiment import experiment_section
 from fesloop.show.report.run.fatigue import fatigue_section
@@ -79,7 +81,19 @@ def run_page(recording: Recording, notices: Sequence[str] = (),
         sections.insert(0, Section(key="lacking", title="Unreadable parts", parts=notes))
     return Page(title=_title(recording), sentence=sentence_of(known), facts=list(_facts(known)),
                 sections=sections, trials=known.trials if known.begun > 1 else (),
-                shown=known.last if known.begun > 1 else 0)
+                shown=known.best if known.begun > 1 else 0, at_s=_telling_s(known, sections))
+
+
+def _telling_s(known: Known, sections: Sequence[Section]) -> float | None:
+    """Instant at which the hand of the trial that the page opens with is shown; None without a hand."""
+    parts = (part for section in sections for part in section.parts)
+    figure = next((part for part in parts if isinstance(part, Figure3d)), None)
+    frames = None if figure is None else figure.trials.get(known.best)
+    if frames is None or not frames.hands:
+        return None
+    poses = frames.hands.get(TRUTH, next(iter(frames.hands.values())))
+    times_s = frames.start_s + frames.step_s * np.arange(len(poses), dtype=np.float64)
+    return telling_s(known.score, times_s, poses[..., 4:])
 
 
 def _built(known: Known, key: str, title: str, build: Build) -> Iterator[Section]:

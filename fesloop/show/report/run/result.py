@@ -179,13 +179,13 @@ def _fingertips(known: Known) -> Part | None:
 
 
 def _cycles(known: Known) -> Part | None:
-    """The signal whose peaks fade, over the last trial."""
+    """The signal whose peaks fade, over the trial that the page opens with."""
     cycles = known.score.get("cycles")
     name = str((cycles or {}).get("signal", ""))
     if not cycles or name not in known.signals or not known.begun:
         return None
     one = muscle(cycles["muscle"]) if cycles.get("muscle") else None
-    (table,) = known.recording.tables([name], known.last)
+    (table,) = known.recording.tables([name], known.best)
 
     def counted(values: Array) -> Array:
         flat = values.reshape(len(values), -1)
@@ -199,7 +199,7 @@ def _cycles(known: Known) -> Part | None:
              for number in (0, cycles["count"] - 1)]
     y_label = with_unit(name.partition(".")[2].replace("_", " "), table.signals[0].unit)
     return Chart(key="result", title=f"{name} {what}", x_label="time, s", y_label=y_label,
-                 lines=[found.line(name, "truth")], marks=marks, trial=known.last, timed=True,
+                 lines=[found.line(name, "truth")], marks=marks, trial=known.best, timed=True,
                  text=f"{name} {what}, whose peaks are compared cycle by cycle.")
 
 

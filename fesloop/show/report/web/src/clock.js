@@ -7,12 +7,14 @@
  */
 export function createClock(trial) {
   const listeners = new Set();
+  let opened = false; // at a time to look at: from there nothing plays
   const state = { trial, time: 0, playing: false, speed: 1, span: [0, 0] };
   let last = 0;
 
   const tell = (what) => listeners.forEach((listener) => listener(what, state));
 
   function seek(time) {
+    opened = false;
     state.time = Math.min(Math.max(time, state.span[0]), state.span[1]);
     tell("time");
   }
@@ -32,7 +34,7 @@ export function createClock(trial) {
 
   function play() {
     if (state.playing || state.span[1] <= state.span[0]) return;
-    if (state.time >= state.span[1]) seek(state.span[0]);
+    if (opened || state.time >= state.span[1]) seek(state.span[0]);
     state.playing = true;
     last = performance.now();
     tell("playing");
@@ -50,6 +52,11 @@ export function createClock(trial) {
     seek,
     play,
     pause,
+    /** Shows a time until something plays, from the beginning, or another time is sought. */
+    open(time) {
+      seek(time);
+      opened = true;
+    },
     toggle: () => (state.playing ? pause() : play()),
     choose(chosen) {
       state.trial = chosen;

@@ -5,16 +5,17 @@ const AGAIN_MS = 1000;
 
 /**
  * @param spans first and last instant of each trial, s; empty where frames are live
- * @param show called with each frame to be drawn: {trial, time_s, note, hands, objects}
+ * @param first the trial that is chosen at first
+ * @param show called with each frame to be drawn: {trial, time_s, note, hands, objects, readings}
  * @param say called with what is to be read about it, and whether it is urgent
  * @returns what createClock (clock.js) returns, and open()
  */
-export function createFeed(spans, show, say) {
+export function createFeed(spans, first, show, say) {
   const trials = Object.keys(spans).map(Number);
   const live = trials.length === 0;
   const listeners = new Set();
   const begins = live || !matchMedia("(prefers-reduced-motion: reduce)").matches;
-  const state = { trial: trials[0] ?? 0, time: 0, playing: begins, speed: 1, span: [0, 0] };
+  const state = { trial: first, time: 0, playing: begins, speed: 1, span: [0, 0] };
   let events = null;
   let newest = null;
   let asking = 0;

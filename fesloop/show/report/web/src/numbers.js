@@ -3,12 +3,12 @@
 const LEVELS_BELOW = 32767; // the lowest of 65535 levels stands for the range's low end
 const NONE = -32768;
 
-/** What a page holds: its trials, the one shown first, and its parts with arrays in place of their numbers. */
+/** What a page holds: its trials, the one shown first and at what time, and its parts with arrays in place of their numbers. */
 export function readPage(text) {
-  const { trials, shown, parts, arrays } = JSON.parse(text);
+  const { trials, shown, at, parts, arrays } = JSON.parse(text);
   const decoded = arrays.map(() => null);
   const array = (place) => (decoded[place] ??= decode(arrays[place]));
-  return { trials, shown, parts: new Map(Object.entries(parts)), array };
+  return { trials, shown, at, parts: new Map(Object.entries(parts)), array };
 }
 
 /** An array as it was encoded: evenly spaced, 64-bit floats, whole numbers, or 16-bit levels. */

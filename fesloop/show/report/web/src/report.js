@@ -8,6 +8,7 @@ import { handFigure } from "./hand_figure.js";
 import { keyRow } from "./key.js";
 import { readPage } from "./numbers.js";
 import { keepDrawn } from "./plots.js";
+import { offerSaving } from "./saved.js";
 
 document.documentElement.classList.add("scripted");
 const page = readPage(document.getElementById("numbers").textContent);
@@ -28,6 +29,8 @@ for (const group of document.querySelectorAll(".multiples")) {
   const { part } = drawings.find(({ element }) => group.contains(element));
   if (part.kind === "chart" && part.lines.length > 1) group.prepend(keyRow(part.lines));
 }
+if (page.at !== null) clock.open(page.at);
+offerSaving(drawings, document.querySelectorAll("figure.drawing"), page.array);
 printLight();
 keepDrawn(drawings, page.array, clock, hands.length > 0);
 

@@ -4,6 +4,7 @@ import { createFeed } from "./feed.js";
 import { createHand, transport } from "./hand.js";
 import { handFigure } from "./hand_figure.js";
 import { readPage } from "./numbers.js";
+import { createReadout } from "./readout.js";
 
 document.documentElement.classList.add("scripted");
 const page = readPage(document.getElementById("numbers").textContent);
@@ -13,8 +14,12 @@ const stage = document.querySelector(".stage");
 const recorded = page.trials.length > 0;
 
 const scene = createHand(stage, handFigure(page.parts.get("hand"), page.array));
-const feed = createFeed(spans, ({ trial, time_s, hands, objects }) => {
+const showNumbers = createReadout(document.getElementById("readout"),
+  JSON.parse(document.getElementById("read").textContent));
+const feed = createFeed(spans, page.shown, (frame) => {
+  const { trial, time_s, hands, objects } = frame;
   scene?.showFrame(hands, objects);
+  showNumbers(frame);
   Object.assign(stage.dataset, { trial, time: time_s });
 }, (text, urgent) => {
   if (note.textContent === text) return;
