@@ -56,7 +56,7 @@ def test_a_patient_who_does_not_exist_is_named_before_all_else(name):
     """Whatever else does not fit them: a model that was made for somebody cannot be theirs."""
     with pytest.raises(InputError) as fault:
         load(name, ["patient=nobody"])
-    assert "nobody: no patient has this name" in str(fault.value)
+    assert "nobody: there is no shipped patient of this name" in str(fault.value)
     assert "the model is of" not in "".join(map(str, getattr(fault.value, "faults", ())))
 
 
