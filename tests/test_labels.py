@@ -66,7 +66,8 @@ def test_other_faults_of_a_model_stand_beside_those_of_the_patient():
     document["blocks"]["controller"]["model"]["file"] = "no_such_model"
     with pytest.raises(InputErrors) as fault:
         from_document(document)
-    assert [("no patient" in str(each), "cannot be read" in str(each)) for each in fault.value.faults] == [
+    texts = [str(each) for each in fault.value.faults]
+    assert [("no shipped patient" in text, "cannot be read" in text) for text in texts] == [
         (True, False), (False, True)]
 
 

@@ -68,8 +68,10 @@ def test_any_file_makes_a_movement_or_is_refused_in_one_line_that_names_it(table
      "left_alone: 'F1_ip_flexon' is no freedom of the hand; allowed: wrist_flexion, "),
     ("[wanted_dg]\nF1_ip_flexion = 30", "wanted_dg: unknown key; allowed: name, wanted_deg, left_alone; "
      "did you mean 'wanted_deg'?"),
-    ("[wanted_deg]\nF1_ip_flexion = 0.0", "wanted_deg.F1_ip_flexion: 0; allowed: 1 to 180 deg, or -180 to -1"),
-    ("[wanted_deg]\nF1_ip_flexion = nan", "wanted_deg.F1_ip_flexion: nan; allowed: 1 to 180 deg, or -180 to -1"),
+    ("[wanted_deg]\nF1_ip_flexion = 0.0",
+     "wanted_deg.F1_ip_flexion: 0; allowed: 1 to 180 deg, or -180 to -1"),
+    ("[wanted_deg]\nF1_ip_flexion = nan",
+     "wanted_deg.F1_ip_flexion: nan; allowed: 1 to 180 deg, or -180 to -1"),
     ('[wanted_deg]\nF1_ip_flexion = "a"', "wanted_deg.F1_ip_flexion: 'a' is no number; allowed: degrees"),
     ("wanted_deg = 3", "wanted_deg: 3 is no table; allowed: a table of freedoms, with degrees each"),
     ("[wanted_deg]", "wanted_deg: is empty; allowed: one or more freedoms that move"),
