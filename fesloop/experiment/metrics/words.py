@@ -91,6 +91,14 @@ def definitions_of(name: str, others: Iterable[str] = ()) -> list[Definition]:
                      or "`fesloop explain` lists all")
 
 
+def definition_text(name: str) -> str:
+    """What a metric of a run is, in one text with its parts; "" for one that is not defined."""
+    found = next((each for group in groups() for each in group.definitions if each.name == name), None)
+    if found is None:
+        return ""
+    return " ".join([plain_text(found.what), *(f"{part}: {what}." for part, what in found.parts.items())])
+
+
 def plain_text(text: str) -> str:
     """A text without the links of Markdown, for a terminal."""
     return _LINK.sub(r"\1", text)
