@@ -42,7 +42,8 @@ def _section(group: Group) -> Iterator[str]:
     yield "| number | unit | what it is | no number |"
     yield "|---|---|---|---|"
     for each in group.definitions:
-        yield f"| {_name(each)} | {each.unit} | {_what(each)} | {each.nan} |"
+        cells = (_name(each), each.unit, _what(each), each.nan)
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
     yield ""
 
 
