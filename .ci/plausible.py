@@ -4,7 +4,8 @@
 
 A run is doubtful when an initial pose or a calibration fails, when a pulse leaves the safety block before
 each tracker that needs stillness is aligned, when a metric is none without a reason in words, when one is
-outside what a hand, a tracker or a stimulator can do, or when docs/events.md does not explain an event. A
+outside what a hand, a tracker or a stimulator can do or has no definition (`fesloop explain`), or when
+docs/events.md does not explain an event. A
 sweep or a study is doubtful when an error falls, beyond its 95 % interval, while latency or a tracker's error
 grows.
 EXPLAINED lists doubts that are right, with the reason. Exits with 1 if there is any other doubt.
@@ -170,7 +171,11 @@ def flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, list
 
 
 def metrics_doubted(metrics: Mapping[str, Any]) -> Iterator[str]:
-    """Metrics that are none without a reason, or outside the possible range."""
+    """Metrics that are none without a reason, outside the possible range, or without a definition."""
+    from fesloop.experiment.metrics.words import groups
+
+    defined = {each.name for group in groups() for each in group.definitions}
+    yield from (f"{name} has no definition" for name in metrics if name not in {*defined, "missing"})
     reasons = metrics.get("missing", {})
     for name, values in flat(metrics):
         limits = next(((low, high) for pattern, low, high in BOUNDS if re.fullmatch(pattern, name)), None)

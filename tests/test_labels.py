@@ -56,7 +56,7 @@ def test_a_patient_who_does_not_exist_is_named_before_all_else(name):
     """Whatever else does not fit them: a model that was made for somebody cannot be theirs."""
     with pytest.raises(InputError) as fault:
         load(name, ["patient=nobody"])
-    assert "nobody: no patient has this name" in str(fault.value)
+    assert "nobody: there is no shipped patient of this name" in str(fault.value)
     assert "the model is of" not in "".join(map(str, getattr(fault.value, "faults", ())))
 
 
@@ -66,7 +66,8 @@ def test_other_faults_of_a_model_stand_beside_those_of_the_patient():
     document["blocks"]["controller"]["model"]["file"] = "no_such_model"
     with pytest.raises(InputErrors) as fault:
         from_document(document)
-    assert [("no patient" in str(each), "cannot be read" in str(each)) for each in fault.value.faults] == [
+    texts = [str(each) for each in fault.value.faults]
+    assert [("no shipped patient" in text, "cannot be read" in text) for text in texts] == [
         (True, False), (False, True)]
 
 

@@ -47,8 +47,10 @@ def test_a_pulse_before_alignment_is_doubted(plausible, first_pulse, doubted):
 
 def test_metrics_without_a_reason_or_beyond_what_is_possible_are_doubted(plausible):
     metrics = {"joint_rmse_deg": [1.0, 95.0], "held": [True, False], "time_to_grasp_s": [None, None],
-               "aperture_mm": {"hold": [30.0, float("nan")]}, "missing": {"time_to_grasp_s": ["why", None]}}
+               "aperture_mm": {"hold": [30.0, float("nan")]}, "missing": {"time_to_grasp_s": ["why", None]},
+               "unheard_of": [1.0, 2.0]}
     assert list(plausible.metrics_doubted(metrics)) == [
+        "unheard_of has no definition",
         "joint_rmse_deg of trial 1 is 95, possible is 0 to 90",
         "time_to_grasp_s of trial 1 is none, without a reason",
         "aperture_mm.hold of trial 1 is none, without a reason"]

@@ -17,7 +17,15 @@ from controllers.point_search.space import SearchSpace
 from controllers.point_search.state import BASELINE, BEGIN, ENDED, MEASURE, Look, PointSearchState, Timetable
 from controllers.point_search.strategies import Strategies, StrategyName
 from fesloop.errors import InputError
-from fesloop.hand.movements import FREEDOMS, MovementName, movement_of
+from fesloop.forms.schema import plain
+from fesloop.hand.movements import (
+    FREEDOMS,
+    Movement,
+    MovementName,
+    movement_label,
+    movement_of,
+    movement_text,
+)
 from fesloop.loop.abilities import Passage
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
@@ -51,7 +59,8 @@ class PointSearch:
 
     Attributes
     ----------
-    movement: movement that is searched for.
+    movement: movement that is searched for, or the name of a shipped one. One of your own has no zones where
+        anatomy suggests it, unless `space` states them.
     strategy: name of the strategy.
     strategies: parameters of each strategy.
     space: search space.
@@ -60,7 +69,7 @@ class PointSearch:
         `gaussian_process`.
     """
 
-    movement: MovementName = "finger_opening"
+    movement: MovementName | Movement = "finger_opening"
     strategy: StrategyName = "exhaustive"
     strategies: Strategies = field(default_factory=Strategies)
     space: SearchSpace = field(default_factory=SearchSpace)
@@ -71,7 +80,7 @@ class PointSearch:
         movement_of(self.movement)
         if not hasattr(self.strategies, self.strategy):
             raise InputError("strategy", f"{self.strategy!r}", ", ".join(get_args(StrategyName)))
-        if not self.space.zones:
+        if not self.space.zones and isinstance(self.movement, str):
             object.__setattr__(self, "space", replace(self.space, zones=ZONES[self.movement]))
         if self.earlier.responses:
             self._require_alike()
@@ -83,9 +92,10 @@ class PointSearch:
         if self.strategy != "gaussian_process":
             raise InputError("earlier", f"is not used by the strategy {self.strategy}", "gaussian_process",
                              "leave it out, or choose that strategy")
-        if self.earlier.movement != self.movement:
+        own = self.movement if isinstance(self.movement, str) else plain(self.movement)
+        if self.earlier.movement != movement_text(own):
             raise InputError("earlier", f"is a search for {self.earlier.movement or 'no movement'}",
-                             f"one for {self.movement}")
+                             f"one for {movement_label(self.movement)}")
         electrodes = set(self.space.electrodes)
         if not any(each.elements in electrodes for each in self.earlier.responses):
             raise InputError("earlier", "tried no electrode of these arrays", "a search with the same arrays")

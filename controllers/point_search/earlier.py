@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from fesloop.errors import InputError
+from fesloop.hand.movements import movement_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +35,7 @@ class EarlierSearch:
 
     Attributes
     ----------
-    movement: movement that was searched for; empty where there was no search.
+    movement: what was searched for (`fesloop.hand.movements.movement_text`); empty without a search.
     responses: in the order of the queries.
     source: recording that it was read from.
     """
@@ -58,7 +59,8 @@ class EarlierSearch:
                           "quality": each.quality} for each in answered(recording, name)]
             if not responses:
                 raise InputError(str(path), "has no answered query", "a search that answered some")
-            return {"movement": blocks[name].get("movement", ""), "responses": responses,
+            return {"movement": movement_text(blocks[name].get("movement", "")),
+                    "responses": responses,
                     "source": f"{recording.name} {recording.fingerprint[:12]}"}
 
     movement: str = ""

@@ -41,6 +41,7 @@ ZONES: dict[str, tuple[Zone, ...]] = {
     "wrist_extension": (Zone(around_deg=46.0, along_mm=68.0),),  # ECRL, ECRB
     "finger_opening": (Zone(around_deg=3.0, along_mm=95.0),),  # EDC
     "pinch": (Zone(around_deg=164.0, along_mm=138.0),),  # FDS2, FDP2, FPL
+    "key_pinch": (Zone(around_deg=164.0, along_mm=138.0),),  # FDS2, FDP2, FPL
     "power_grasp": (Zone(around_deg=-173.0, along_mm=105.0, radius_mm=30.0),),  # FDS3, FDS4, FDP3, FDP4
 }
 

@@ -15,19 +15,23 @@ does (doi 10.1186/s12984-018-0460-1).
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.forms.toml import TomlError, tables_of
+from fesloop.given_files import read_whole
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 
 Array = NDArray[np.float64]
-MovementName = Literal["wrist_extension", "finger_opening", "pinch", "power_grasp"]
+MovementName = Literal["wrist_extension", "finger_opening", "pinch", "key_pinch", "power_grasp"]
 _TREE = hand_tree(HandSize())
 FREEDOMS, SEGMENTS = _TREE.freedoms, _TREE.names
 UNWANTED_DEG = {"wrist": 30.0, "F1": 40.0, "F2": 40.0, "F3": 40.0, "F4": 40.0, "F5": 40.0}
@@ -58,18 +62,28 @@ class Movement:
     ----------
     wanted_deg: the whole movement of each wanted freedom, flexion, ulnar deviation and pronation positive.
     left_alone: freedoms that count as neither.
+    name: in reports; that of the file for one from a file.
     """
 
     wanted_deg: dict[str, float]
     left_alone: tuple[str, ...] = ()
+    name: str = ""
 
     def __post_init__(self) -> None:
-        for name in (*self.wanted_deg, *self.left_alone):
-            if name not in FREEDOMS:
-                raise InputError("movement", f"{name!r} is no freedom of the hand", ", ".join(FREEDOMS),
-                                 did_you_mean(name, FREEDOMS))
-        if not self.wanted_deg or 0.0 in self.wanted_deg.values():
-            raise InputError("movement.wanted_deg", f"{self.wanted_deg}", "one or more freedoms that move")
+        for key, names in (("wanted_deg", self.wanted_deg), ("left_alone", self.left_alone)):
+            for name in names:
+                if name not in FREEDOMS:
+                    raise InputError(f"movement.{key}", f"{name!r} is no freedom of the hand",
+                                     ", ".join(FREEDOMS), did_you_mean(name, FREEDOMS))
+        for name in self.left_alone:
+            if name in self.wanted_deg:
+                raise InputError("movement.left_alone", f"{name!r} is wanted, too", "other freedoms",
+                                 "remove it from one of the two")
+        if not self.wanted_deg:
+            raise InputError("movement.wanted_deg", "is empty", "one or more freedoms that move")
+        for name, whole in self.wanted_deg.items():
+            if not 1.0 <= abs(whole) <= 180.0:
+                raise InputError(f"movement.wanted_deg.{name}", f"{whole:g}", "1 to 180 deg, or -180 to -1")
 
     def judge(self, movement: Array) -> Verdict:
         """Verdict on a movement from rest, (23,), rad, in the order of the hand's freedoms."""
@@ -102,6 +116,12 @@ MOVEMENTS: dict[str, Movement] = {
         wanted_deg={"F2_mcp_flexion": 20.0, "F2_pip_flexion": 30.0, "F1_mcp_flexion": 15.0,
                     "F1_ip_flexion": 30.0},
         left_alone=("F2_dip_flexion", "F1_cmc_flexion", "F1_cmc_abduction", "F1_cmc_pronation")),
+    # A key between the thumb and the side of the index finger; the other fingers may bend beside it.
+    "key_pinch": Movement(
+        wanted_deg={"F2_mcp_flexion": 30.0, "F2_pip_flexion": 50.0, "F1_mcp_flexion": 20.0,
+                    "F1_ip_flexion": 20.0},
+        left_alone=("F1_cmc_flexion", "F1_cmc_abduction", "F1_cmc_pronation", "F2_dip_flexion",
+                    *(name for name in _of_fingers(mcp=0.0, pip=0.0, dip=0.0) if name[:2] != "F2"))),
     "power_grasp": Movement(
         wanted_deg=_of_fingers(mcp=30.0, pip=50.0),
         left_alone=(*_of_fingers(dip=0.0), "F1_cmc_flexion", "F1_mcp_flexion", "F1_ip_flexion")),
@@ -109,11 +129,72 @@ MOVEMENTS: dict[str, Movement] = {
 """By name (chosen: roughly what a hand at rest lacks of the posture)."""
 
 
-def movement_of(name: str) -> Movement:
-    """A movement by its name; raises InputError for one that is not there."""
-    if name not in MOVEMENTS:
-        raise InputError("movement", f"{name!r}", ", ".join(MOVEMENTS), did_you_mean(name, tuple(MOVEMENTS)))
-    return MOVEMENTS[name]
+def movement_of(given: str | Movement) -> Movement:
+    """A movement itself, or a shipped one by its name; raises InputError for a name that is not there."""
+    if isinstance(given, Movement):
+        return given
+    if given not in MOVEMENTS:
+        raise InputError("movement", f"{given!r}", ", ".join(MOVEMENTS), did_you_mean(given, MOVEMENTS)
+                         or "or give the path of a .toml file")
+    return MOVEMENTS[given]
+
+
+def movement_label(given: str | Movement) -> str:
+    """Name of a movement in a sentence."""
+    name = given.name if isinstance(given, Movement) else given
+    return name.replace("_", " ") or "a movement without a name"
+
+
+def movement_text(given: str | Mapping[str, Any]) -> str:
+    """Text that is the same for the same movement, from its name or its table."""
+    if isinstance(given, str):
+        return given
+    whole = {name: float(degrees) for name, degrees in sorted(given["wanted_deg"].items())}
+    return json.dumps({"wanted_deg": whole, "left_alone": sorted(given.get("left_alone", ()))})
+
+
+def stated_movement(given: str) -> str | dict[str, Any]:
+    """The name of a shipped movement itself; of the path of a file (.toml) its tables.
+
+    Raises InputError for an unknown name, and for a file that cannot be read or makes no movement.
+    """
+    if not given.endswith(".toml"):
+        movement_of(given)
+        return given
+    try:
+        tables = tables_of(read_whole(given, "a movement's file").decode("utf-8-sig"))
+    except UnicodeDecodeError as fault:
+        raise InputError(given, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
+    except TomlError as fault:
+        raise InputError(given, f"is not TOML: {fault}", remedy="correct the line") from None
+    tables = {"name": Path(given).stem, **tables}
+    try:
+        _require_form(tables)
+        Movement(**tables)
+    except InputError as fault:
+        place = fault.where.removeprefix("movement.")
+        raise InputError(f"{given}: {place}", fault.found, fault.allowed, fault.remedy) from None
+    return tables
+
+
+def _require_form(tables: Mapping[str, Any]) -> None:
+    """Raise InputError for a key that no movement has, and a value of another type."""
+    keys = ("name", "wanted_deg", "left_alone")
+    for key, value in tables.items():
+        if key not in keys:
+            raise InputError(key, "unknown key", ", ".join(keys), did_you_mean(key, keys))
+        if key == "name" and not isinstance(value, str):
+            raise InputError(key, f"{value!r} is no text", "text")
+        if key == "left_alone" and not (
+                isinstance(value, list) and all(isinstance(name, str) for name in value)):
+            raise InputError(key, f"{value!r}", "a list of freedoms")
+        if key == "wanted_deg" and not isinstance(value, dict):
+            raise InputError(key, f"{value!r} is no table", "a table of freedoms, with degrees each")
+    for name, whole in tables.get("wanted_deg", {}).items():
+        if isinstance(whole, bool) or not isinstance(whole, int | float):
+            raise InputError(f"wanted_deg.{name}", f"{whole!r} is no number", "degrees")
+    if "wanted_deg" not in tables:
+        raise InputError("wanted_deg", "is missing", "a table of freedoms, with degrees each", "add it")
 
 
 EXTRINSIC = (

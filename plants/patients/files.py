@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.forms.toml import TomlError, tables_of
-from fesloop.given_files import read_whole
+from fesloop.errors import InputError, InputErrors
+from fesloop.experiment.files.overlay import merged_without
+from fesloop.experiment.files.source import Shelf, read_tables
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -19,45 +18,37 @@ if TYPE_CHECKING:
     from plants.patients.patient import Patient
 
 
+def _laid_over(base: dict[str, Any], document: Mapping[str, Any]) -> dict[str, Any]:
+    base.pop(_EXTENDING, None)
+    return merged_without(base, document) | {_EXTENDING: True}
+
+
+_EXTENDING = "extends another file"
+"""Key of tables that are made of several files."""
+PATIENTS = Shelf("patient", "plants", _laid_over, folder="patients")
+
+
 def names() -> list[str]:
     """Names of the presets."""
-    folder = resources.files("plants") / "patients"
-    return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
+    return PATIENTS.names()
 
 
 def presets() -> dict[str, str]:
     """Names of the presets, with a description each."""
-    return {name: str(_tables(name, _preset(name)).get("description", "")) for name in names()}
+    return {name: str(read_tables(name, PATIENTS)[1].get("description", "")) for name in names()}
 
 
 def load(file: str | Path) -> Patient:
     """Load a preset by name, or the patient of a TOML file.
 
+    A file with a key `extends`, the name of a preset or the path of another file from the folder of this
+    one, has the values of that file in place of those that it does not state itself; keys in its list
+    `remove` are taken out.
+
     Raises InputError or InputErrors with every fault of the file.
     """
-    text = str(file)
-    if isinstance(file, str) and not text.endswith(".toml") and "/" not in text:
-        if text not in names():
-            raise InputError(text, "no patient has this name", ", ".join(names()),
-                             did_you_mean(text, names()) or "or give the path of a .toml file")
-        content = _preset(text)
-    else:
-        content = read_whole(text, "a patient's file")
-    return from_table(_tables(text, content), text)
-
-
-def _preset(name: str) -> bytes:
-    return (resources.files("plants") / "patients" / f"{name}.toml").read_bytes()
-
-
-def _tables(name: str, content: bytes) -> dict[str, Any]:
-    """Parse a patient's file; `name` begins every fault."""
-    try:
-        return tables_of(content.decode("utf-8-sig"))
-    except UnicodeDecodeError as fault:
-        raise InputError(name, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
-    except TomlError as fault:
-        raise InputError(name, f"is not TOML: {fault}", remedy="correct the line") from None
+    name, tables, _ = read_tables(file, PATIENTS)
+    return from_table(tables, f"{name} over what it extends" if tables.pop(_EXTENDING, False) else name)
 
 
 def from_table(tables: Mapping[str, Any], name: str = "patient") -> Patient:

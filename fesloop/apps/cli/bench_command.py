@@ -56,8 +56,8 @@ def _one(name: str, args: Namespace) -> dict[str, Any]:
         result: dict[str, Any] = bench(progress=bar, **options)
     rows = [[str(row["case"]), *(_cell(row.get(key)) for key in _COLUMNS)] for row in result["rows"]]
     print_table(f"bench {name}", ("case", *_COLUMNS), rows, sys.stderr)
-    for key in ("max_abs_error", "realtime_factor", "missed", "memory_mb", "files", "bad_files", "p99_ratio",
-                "turns", "frames_per_s"):
+    for key in ("max_abs_error", "realtime_factor", "missed", "memory_mb", "p99_ratio", "turns",
+                "frames_per_s"):
         if result.get(key) is not None:
             print(f"{key}: {_cell(result[key])}", file=sys.stderr)
     return result

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from typing import NoReturn
+from typing import Any, NoReturn
 
-from fesloop.errors import in_one_line
+from fesloop.errors import InputError, in_one_line
 
 EPILOG = """exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted
 
@@ -30,6 +30,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--traceback", action="store_true", help="show where an internal error arose")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     _add_list(commands)
+    _add_explain(commands)
     _add_check(commands)
     _add_run(commands)
     _add_study(commands)
@@ -48,7 +49,14 @@ def make_parser() -> argparse.ArgumentParser:
     _add_calibrate(commands)
     _add_fit_error(commands)
     _add_stream(commands)
+    for command in (parser, *(commands.choices[name] for name in _PRINT_NUMBERS)):
+        command.add_argument("--explain", metavar="METRIC", action=_Explain)
     return parser
+
+
+_PRINT_NUMBERS = ("check", "run", "study", "import", "reproduce", "bench", "identify", "calibrate",
+                  "fit-error")
+"""Commands with the option --explain."""
 
 
 class _Version(argparse.Action):
@@ -64,11 +72,35 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+class _Explain(argparse.Action):
+    """Prints the definition of a number and exits, as `fesloop explain` does."""
+
+    def __init__(self, option_strings: list[str], dest: str, metavar: str) -> None:
+        super().__init__(option_strings, dest, metavar=metavar, default=argparse.SUPPRESS,
+                         help="print what a number is, in which unit, and when there is none; run nothing")
+
+    def __call__(self, parser: argparse.ArgumentParser, _: object, metric: Any, *__: object) -> None:
+        from fesloop.apps.cli.explain_command import execute
+
+        try:
+            parser.exit(execute(argparse.Namespace(metrics=[metric], json=False)))
+        except InputError as fault:
+            parser.exit(2, f"fesloop: {fault}\n")
+
+
 _Commands = argparse._SubParsersAction  # the type has no public name
 
 
 def _add_list(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("list", help="shipped experiments, studies, block kinds and patients")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _add_explain(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("explain", help="define a printed number: its unit, and when there is none")
+    command.add_argument("metrics", metavar="METRIC", nargs="*",
+                         help="as printed, such as grip_margin or 'split_rmse_deg tracker' "
+                         "(default: list all)")
     command.add_argument("--json", action="store_true", help="print one JSON object")
 
 

@@ -116,6 +116,8 @@ def _summarise(result: Result, recorded: Sequence[Event], scored: str) -> None:
         rows.append(["events", f"and {len(events) - _SHOWN} more kinds, in the recording"])
     if events:
         rows.append(["events", "what they mean: docs/events.md"])
+    if result.metrics:
+        rows.append(["numbers", "what they are: fesloop explain NAME"])
     print_table(result.experiment, ("", ""), rows, sys.stderr)
     for name, reason in reasons_of(result.metrics):
         print(f"{name}: no number: {reason}", file=sys.stderr)

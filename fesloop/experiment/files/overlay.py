@@ -104,9 +104,7 @@ def extended(base: Mapping[str, Any], document: Mapping[str, Any]) -> Tables:
         if not is_patchable({key: value for key, value in tables.items() if key not in BESIDE}):
             raise InputError(where, "cannot be merged with another file",
                              "blocks, wires with from and to, and other tables of an experiment file")
-    removed = document.get("remove", [])
-    if not isinstance(removed, list) or not all(isinstance(key, str) for key in removed):
-        raise InputError("remove", f"{removed!r}", "a list of key paths")
+    removed = _removed_keys(document)
     beside = [key for key in removed if key_parts(key)[:1] and key_parts(key)[0] in BESIDE]
     made = plain_lists(patched(keyed({key: base[key] for key in PATCHED if key in base}), {
         **document, "remove": [key for key in removed if key not in beside]}, ""))
@@ -117,6 +115,25 @@ def extended(base: Mapping[str, Any], document: Mapping[str, Any]) -> Tables:
              if key not in (*PATCHED, "remove", EXTENDING)}
     own = {key: value for key, value in keyed(document).items() if key in (*PATCHED, *BESIDE)}
     return made | rest | {EXTENDING: [*base.get(EXTENDING, []), own]}
+
+
+def merged_without(base: Tables, document: Mapping[str, Any]) -> Tables:
+    """Merge a file's tables into those that it extends, without the keys in its list `remove`.
+
+    Raises InputError for the removal of a key that the extended file does not have.
+    """
+    removed = _removed_keys(document)
+    left: Tables = copy.deepcopy(base)
+    for number, key in enumerate(removed):
+        _take_out(left, key_parts(key), f"remove[{number}]")
+    return dict(merged(left, {key: value for key, value in document.items() if key != "remove"}))
+
+
+def _removed_keys(document: Mapping[str, Any]) -> list[str]:
+    removed = document.get("remove", [])
+    if not isinstance(removed, list) or not all(isinstance(key, str) for key in removed):
+        raise InputError("remove", f"{removed!r}", "a list of key paths")
+    return removed
 
 
 def of_its_own(document: Mapping[str, Any]) -> Tables:

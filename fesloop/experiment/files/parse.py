@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -23,8 +23,9 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.forms.faults import faults_of, wire_place
-from fesloop.forms.schema import Kinds, keys_at, make
+from fesloop.forms.schema import Kinds, hints_of, keys_at, make
 from fesloop.forms.toml import TomlError, plain_tables
+from fesloop.hand.movements import Movement, stated_movement
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.machine import one_blas_thread
@@ -199,9 +200,34 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
         raise InputError(name, str(fault), "plain tables, as of a TOML file") from None
     try:
         kinds = kinds_in(tables)
-        return _experiment(_filled(tables, kinds), kinds)
+        return _experiment(_filled(_with_movements(tables, kinds), kinds), kinds)
     except InputError as fault:
         raise fault.within(name) from None
+
+
+def _with_movements(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
+    """Replace paths of movements' files by the files' tables, which a recording then holds."""
+    made = copy.copy(tables)
+    blocks = tables.get("blocks")
+    places = [("blocks", name) for name, table in (blocks.items() if isinstance(blocks, dict) else ())
+              if isinstance(table, dict) and Movement in get_args(_movement_hint(table.get("kind"), kinds))]
+    for top, name in [*places, ("score", "search")]:
+        holder = made[top].get(name) if isinstance(made.get(top), dict) else None
+        given = holder.get("movement") if isinstance(holder, dict) else None
+        if isinstance(holder, dict) and isinstance(given, str):
+            try:
+                stated = stated_movement(given)
+            except InputError as fault:
+                where = f"{top}.{name}.movement"
+                if fault.where == "movement":  # an unknown name
+                    raise InputError(where, fault.found, fault.allowed, fault.remedy) from None
+                raise fault.within(where) from None
+            made[top] = {**made[top], name: {**holder, "movement": stated}}
+    return made
+
+
+def _movement_hint(kind: Any, kinds: Kinds) -> Any:
+    return hints_of(kinds[kind]).get("movement") if isinstance(kind, str) and kind in kinds else None
 
 
 def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Experiment and study files as tables, each merged over the file that it extends.
+"""Experiment, study and patient files as tables, each merged over the file that it extends.
 
     extends = "hand_rig"
 
@@ -29,7 +29,7 @@ class Shelf(NamedTuple):
     Attributes
     ----------
     what: kind of file for messages, such as "experiment".
-    package: package with the files in its folder `shipped`, and those that others extend in `shipped/parts`.
+    package, folder: package with the files in a folder, and those that others extend in its folder `parts`.
     overlay: merges tables over those that they extend.
     placed: makes the paths in a user's tables relative to the current folder, given those and their folder.
     """
@@ -38,6 +38,7 @@ class Shelf(NamedTuple):
     package: str
     overlay: Overlay
     placed: Callable[[Tables, Path], Tables] = lambda tables, _: tables
+    folder: str = "shipped"
 
     @property
     def a_file(self) -> str:
@@ -46,7 +47,7 @@ class Shelf(NamedTuple):
 
     def names(self, parts: bool = False) -> list[str]:
         """Names of shipped files; with `parts` also of those that only serve to be extended."""
-        folder = resources.files(self.package) / "shipped"
+        folder = resources.files(self.package) / self.folder
         found = [*folder.iterdir()]
         if parts and (folder / "parts").is_dir():
             found += (folder / "parts").iterdir()
@@ -54,7 +55,7 @@ class Shelf(NamedTuple):
 
     def content(self, name: str) -> bytes:
         """Bytes of a shipped file."""
-        folder = resources.files(self.package) / "shipped"
+        folder = resources.files(self.package) / self.folder
         file = folder / f"{name}.toml"
         return (file if file.is_file() else folder / "parts" / f"{name}.toml").read_bytes()
 
@@ -70,7 +71,10 @@ def read_tables(source: str | Path, shelf: Shelf, folder: Path | None = None,
     shipped = isinstance(source, str) and not text.endswith(".toml") and "/" not in text
     path = None if shipped else (folder or Path()) / Path(source)
     name = text if path is None or folder is None else str(path)
-    content = _shipped(text, shelf, bool(below)) if path is None else read_whole(path, shelf.a_file)
+    try:
+        content = _shipped(text, shelf, bool(below)) if path is None else read_whole(path, shelf.a_file)
+    except InputError as fault:
+        raise (fault.within(f"{below[-1]}: extends") if below else fault) from None
     document = _tables(name, content)
     if path is not None:
         document = shelf.placed(document, path.parent)
@@ -93,7 +97,7 @@ def read_tables(source: str | Path, shelf: Shelf, folder: Path | None = None,
 def _shipped(name: str, shelf: Shelf, parts: bool) -> bytes:
     known = shelf.names(parts)
     if name not in known:
-        raise InputError(name, f"there is no shipped {shelf.what} of this name", ", ".join(known),
+        raise InputError(name or "''", f"there is no shipped {shelf.what} of this name", ", ".join(known),
                          did_you_mean(name, known) or "or give the path of a .toml file")
     return shelf.content(name)
 
@@ -135,6 +139,8 @@ def _placed(path: tuple[str, ...], value: Any, folder: Path) -> Any:
 def _is_path(path: tuple[str, ...], text: str) -> bool:
     if path == ("patient", "file"):
         return text.endswith(".toml") or "/" in text
+    if path[-1] == "movement" and path[0] in ("blocks", "score") and len(path) == 3:
+        return text.endswith(".toml")
     if path[0] != "blocks" or len(path) < 3 or path[-1] not in _KEYS:
         return False
     if not text or text.startswith(_SHIPPED):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
-from fesloop.hand.movements import FREEDOMS, MovementName, Verdict, movement_of
+from fesloop.hand.movements import FREEDOMS, Movement, MovementName, Verdict, movement_of
 from fesloop.loop.clock import NS_PER_S
 
 Array = NDArray[np.float64]
@@ -32,13 +32,13 @@ class SearchScore:
     ----------
     search: node that searches (`point_search`).
     truth: angles of the hand, (23,), rad.
-    movement: name of the movement that it searches for. optimum: greatest possible quality, from an
-        exhaustive search without noise; None: unknown.
+    movement: the movement that it searches for, or the name of a shipped one.
+    optimum: greatest possible quality, from an exhaustive search without noise; None: unknown.
     """
 
     search: str
     truth: str
-    movement: MovementName
+    movement: MovementName | Movement
     optimum: float | None = None
 
     def __post_init__(self) -> None:

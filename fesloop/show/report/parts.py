@@ -219,12 +219,16 @@ class HeatMap:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """Table of texts; columns of numbers are aligned to the right. `trial` is that of a chart."""
+    """Table of texts; columns of numbers are aligned to the right. `trial` is that of a chart.
+
+    about: definitions of headings and of first cells, shown where a pointer rests on them.
+    """
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     title: str = ""
     trial: int | None = None
+    about: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -133,14 +133,14 @@ def test_axons_are_the_persons_and_not_the_runs(tmp_path):
 
 
 @pytest.mark.parametrize(("settings", "starts"), [
-    (("patient.file=sci_c7",), ["patient: sci_c7: no patient has this name"]),
+    (("patient.file=sci_c7",), ["patient: sci_c7: there is no shipped patient of this name"]),
     (("patient.file=nobody.toml",), ["patient: nobody.toml: cannot be read"]),
     (("patient.member=-1",), ["patient: member: -1"]),
     (("patient.member=1.5",), ["patient.member: 1.5"]),
     (("patient.cohort=1",), ["patient.member: is missing beside cohort"]),
     (("patient.age=70",), ["patient.age: unknown key"]),
     (("patient.file=sci_c7", "blocks.hand.step_ms=true"),
-     ["patient: sci_c7: no patient has", "blocks.hand.step_ms: true is a boolean"]),
+     ["patient: sci_c7: there is no shipped", "blocks.hand.step_ms: true is a boolean"]),
     (("patient.file=sci_c6", "blocks.electrodes.arrays=3"), ["blocks.electrodes.arrays: 3 is an integer"]),
     (("patient.drawn={name=3}",), ["patient.drawn: name: 3 is an integer"]),
 ])

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import fesloop
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.loop.latency import StageSummary
@@ -241,3 +242,11 @@ def test_a_plant_of_one_output_is_drawn_with_its_own_errors(tmp_path):
     assert {line.name for line in charts[0].lines} == {"reference", "truth", "estimate"}
     (line,) = next(part for part in own if getattr(part, "key", "") == "tracker-course-0").lines
     assert line.y[np.isfinite(line.y)] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_metric_has_its_definition_where_a_pointer_rests_on_it(tmp_path):
+    recording = fesloop.load("finger_ilc", ["experiment.trials=2"]).run(tmp_path).recording
+    fesloop.report(recording, out=tmp_path / "run.html")
+    page = (tmp_path / "run.html").read_text()
+    assert 'title="Error of the movement: true joint angles less the reference' in page
+    assert "controller: that estimate less the reference" in page

@@ -21,3 +21,12 @@ def described_studies() -> dict[str, dict[str, str]]:
         forms = {form: str(patch.get("cost", "")) for form, patch in document.get("forms", {}).items()}
         found[name] = {"": str(document["study"].get("description", "")), **forms}
     return found
+
+
+def kept_metrics() -> dict[str, dict[str, str]]:
+    """Numbers that shipped studies keep, by name: study to path in a run's metrics."""
+    found: dict[str, dict[str, str]] = {}
+    for study in shipped_studies():
+        for name, path in read_tables(study, STUDIES)[1]["study"].get("metrics", {}).items():
+            found.setdefault(name, {})[study] = path
+    return found

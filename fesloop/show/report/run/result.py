@@ -12,6 +12,7 @@ from fesloop.analysis.study.results.quantities import with_unit
 from fesloop.experiment.metrics.joints import columns, held
 from fesloop.experiment.metrics.missing import MISSING, reasons_of
 from fesloop.experiment.metrics.scoring import alignments
+from fesloop.experiment.metrics.words import definition_text
 from fesloop.hand.movements import muscle
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.report.parts import Bars, Chart, Fold, Line, Mark, Paragraph, Part, Section, Table
@@ -70,8 +71,12 @@ def _curves(known: Known) -> Iterator[Part]:
 
 def _tables(known: Known) -> Iterator[Part]:
     """Table of the metrics that have a value per trial."""
-    columns = {label: values for name, metric in known.metrics.items() if name not in ("joints", MISSING)
-               for label, values in _by_trial(name, metric, known.begun)}
+    columns, about = {}, {}
+    for name, metric in known.metrics.items():
+        if name not in ("joints", MISSING):
+            own = dict(_by_trial(name, metric, known.begun))
+            columns.update(own)
+            about.update(dict.fromkeys(own, definition_text(name)))
     if not columns:
         return
     shown = list(range(known.begun))
@@ -81,10 +86,10 @@ def _tables(known: Known) -> Iterator[Part]:
     left_out = known.begun - len(shown)
     title = "By trial" + (f" (without {left_out} trials in the middle)" if left_out else "")
     if known.begun > 1:
-        yield Table(title=title, columns=["trial", *columns], rows=rows)
+        yield Table(title=title, columns=["trial", *columns], rows=rows, about=about)
     else:
         values = [[label, rounded(metric[0])] for label, metric in columns.items()]
-        yield Table(columns=["metric", "value"], rows=values)
+        yield Table(columns=["metric", "value"], rows=values, about=about)
 
 
 def _by_trial(name: str, metric: Any, trials: int) -> Iterator[tuple[str, list[Any]]]:

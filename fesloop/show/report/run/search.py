@@ -13,6 +13,7 @@ from fesloop.errors import FesloopError
 from fesloop.experiment.metrics.search import Asked, SearchScore, asked_of, search_metrics
 from fesloop.experiment.recording.reading import Recording
 from fesloop.forms.schema import make
+from fesloop.hand.movements import movement_label
 from fesloop.show.picture.arrays import CUT_DEG, unrolled
 from fesloop.show.picture.cast import cast_of
 from fesloop.show.report import svg
@@ -205,7 +206,7 @@ def _sentence(recording: Recording, score: SearchScore, asked: Sequence[Asked], 
     minutes = metrics["minutes"]
     ended = f"in {minutes:.1f} min" if np.isfinite(minutes) else \
         "until the recording ends, before the search does"
-    told_first = f"{_counted_queries(asked)} for {score.movement.replace('_', ' ')} {ended}."
+    told_first = f"{_counted_queries(asked)} for {movement_label(score.movement)} {ended}."
     if not elements:
         return f"{told_first} It recommends nothing."
     quality = metrics.get("found_quality", np.nan)
