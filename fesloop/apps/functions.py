@@ -25,42 +25,59 @@ def run(
     Parameters
     ----------
     experiment: name of a shipped experiment, path of a TOML file or a recording, or an Experiment.
-    settings: {KEY: VALUE} or ["KEY=VALUE"], as `--set`: variants of the file, aliases and dotted key paths.
+    settings: {KEY: VALUE} or ["KEY=VALUE"], as `--set`: variants of the file, aliases and dotted key paths;
+        {"blocks.controller": {"kind": "own_pid", "rate": "50"}} replaces a block.
     seed: takes the place of the file's.
     out: folder of the recording.
 
     Raises InputError, InputErrors for bad input, and what `Experiment.run` raises.
     """
+    from fesloop.apps.progress import run_progress
     from fesloop.experiment.files.parse import load
     from fesloop.experiment.running import Experiment
 
-    if isinstance(experiment, Experiment):
-        if settings:
-            raise InputError("settings", "given with an experiment that is made already",
-                             "settings with a name or a path", "give them to fesloop.load")
-        return (experiment if seed is None else experiment.with_seed(seed)).run(out)
-    return load(experiment, setting_texts(settings), seed).run(out)
+    if not isinstance(experiment, Experiment):
+        require_source("experiment", experiment, "an Experiment")
+        made = load(experiment, setting_texts(settings), seed)
+    elif settings:
+        raise InputError("settings", "given with an experiment that is made already",
+                         "settings with a name or a path", "give them to fesloop.load")
+    else:
+        made = experiment if seed is None else experiment.with_seed(seed)
+    with run_progress(made.name) as progress:
+        return made.run(out, progress=progress)
 
 
 def study(
-    study: str | Path, form: str = "", *, out: str | Path = "studies", workers: int | None = None
+    study: str | Path | Mapping[str, Any], form: str = "", *, out: str | Path = "studies",
+    workers: int | None = None,
 ) -> StudyResults:
     """Run a study, or its remaining runs, as `fesloop study` does, and return its results.
 
     Parameters
     ----------
-    study: name of a shipped study, or path of a TOML file.
+    study: name of a shipped study, path of a TOML file, or the tables of one, in which `experiment` may be an
+        Experiment: {"study": {"name": "mine", "experiment": experiment, "metrics": {...}}, "axes": {...}}.
+        Blocks may be of classes of the notebook or script (`fesloop.block`).
     form: of the file, such as "full"; empty: the file itself.
     out: folder in which the study has its own.
     workers: processes; None: one per core. A script starts them under `if __name__ == "__main__":`.
 
     Raises InputError, InputErrors for bad input, and what `run_study` raises.
     """
-    from fesloop.analysis.study.design.study_file import read_study
+    from fesloop.analysis.study.design.study_file import read_study, study_of
     from fesloop.analysis.study.engine.coordinator import run_study
     from fesloop.analysis.study.results.study_results import load
+    from fesloop.apps.progress import study_progress
 
-    return load(run_study(read_study(study, form), out, workers=workers).store)
+    if isinstance(study, Mapping):
+        made = study_of(study, form, Path())
+    else:
+        require_source("study", study, "the tables of one")
+        made = read_study(study, form)
+    with study_progress(made.name) as watch:
+        store = run_study(made, out, workers=workers, watch=watch).store
+    return load(store)
 
 
 def report(*sources: str | Path | Result, out: str | Path | None = None) -> Path:
@@ -110,5 +127,17 @@ def setting_texts(settings: Settings) -> Sequence[str]:
     """Settings as "KEY=VALUE" each."""
     if not isinstance(settings, Mapping):
         return settings
-    return [f"{key}={str(value).lower() if isinstance(value, bool) else value}"
-            for key, value in settings.items()]
+    from fesloop.forms.toml import toml_value
+
+    try:
+        return [f"{key}={value if isinstance(value, (str, Path)) else toml_value(value)}"
+                for key, value in settings.items()]
+    except TypeError as fault:
+        raise InputError("settings", str(fault), "numbers, text, lists and tables of them",
+                         "give blocks as tables: {'kind': ..., 'rate': ...}") from None
+
+
+def require_source(where: str, given: object, otherwise: str) -> None:
+    """Raise InputError for what is neither a name nor a path."""
+    if not isinstance(given, (str, Path)):
+        raise InputError(where, f"a {type(given).__name__}", f"a name, a path, or {otherwise}")

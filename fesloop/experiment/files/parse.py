@@ -198,10 +198,26 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
     except TomlError as fault:
         raise InputError(name, str(fault), "plain tables, as of a TOML file") from None
     try:
+        _require_code(tables)
         kinds = kinds_in(tables)
         return _experiment(_filled(tables, kinds), kinds)
     except InputError as fault:
         raise fault.within(name) from None
+
+
+def _require_code(tables: Mapping[str, Any]) -> None:
+    """Raise InputError where a class that the tables have the source of is another one here, or missing."""
+    code, here = tables.get("code", {}), registry.sources()
+    if not isinstance(code, Mapping):
+        return  # a fault of form
+    for name, table in tables["blocks"].items() if isinstance(tables.get("blocks"), Mapping) else ():
+        kind = table.get("kind") if isinstance(table, Mapping) else None
+        if isinstance(kind, str) and kind in code and here.get(kind) != code[kind]:
+            what = ("has been defined again, in another way, since" if kind in here
+                    else "is a class of a notebook or a script, which is not defined here")
+            raise InputError(f"blocks.{name}.kind", f"{kind!r} {what}", "the class as it was",
+                             "its source is in the recording: Recording(path).experiment['code']; run that "
+                             "with @fesloop.block above the class, and then this")
 
 
 def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
