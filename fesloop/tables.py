@@ -53,7 +53,7 @@ def _html(table: Table) -> str:
                for number in range(len(table.columns))]
     head = _row("th", table.columns, numeric) if any(table.columns) else ""
     body = "".join(_row("td", row, numeric) for row in table.rows)
-    grid = f'<table style="border-collapse: collapse; margin: .3em 0">{head}{body}</table>'
+    grid = f'<table style="color: inherit; border-collapse: collapse; margin: .3em 0">{head}{body}</table>'
     if table.folded:
         return f'<details style="margin: .4em 0"><summary><b>{title}</b></summary>{grid}</details>'
     return f'<p style="margin: .4em 0"><b>{title}</b></p>{grid}'

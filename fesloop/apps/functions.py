@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,10 +10,10 @@ from fesloop.errors import InputError
 
 if TYPE_CHECKING:
     from fesloop.analysis.study.results.study_results import StudyResults
+    from fesloop.experiment.files.settings import Settings
     from fesloop.experiment.running import Experiment, Result
     from fesloop.models.patient_model import PatientModel
 
-Settings = Sequence[str] | Mapping[str, Any]
 
 
 def run(
@@ -38,7 +38,7 @@ def run(
 
     if not isinstance(experiment, Experiment):
         require_source("experiment", experiment, "an Experiment")
-        made = load(experiment, setting_texts(settings), seed)
+        made = load(experiment, settings, seed)
     elif settings:
         raise InputError("settings", "given with an experiment that is made already",
                          "settings with a name or a path", "give them to fesloop.load")
@@ -121,20 +121,6 @@ def identify(
     path = getattr(recording, "recording", None) or recording
     model: PatientModel = identifier()(str(path), measured=measured, method=method).model
     return model
-
-
-def setting_texts(settings: Settings) -> Sequence[str]:
-    """Settings as "KEY=VALUE" each."""
-    if not isinstance(settings, Mapping):
-        return settings
-    from fesloop.forms.toml import toml_value
-
-    try:
-        return [f"{key}={value if isinstance(value, (str, Path)) else toml_value(value)}"
-                for key, value in settings.items()]
-    except TypeError as fault:
-        raise InputError("settings", str(fault), "numbers, text, lists and tables of them",
-                         "give blocks as tables: {'kind': ..., 'rate': ...}") from None
 
 
 def require_source(where: str, given: object, otherwise: str) -> None:

@@ -719,9 +719,12 @@ class LatencyReport:
     def _tables(self) -> list[Table]:
         from fesloop.tables import Table
 
-        return [Table(f"Latency, {len(self.paths)} path{'s' * (len(self.paths) != 1)}. {self.coverage()}"), *(
-            Table(title, ("stage, ms", "min", "mean", "max"), rows, folded=bool(number))
-            for number, (title, rows) in enumerate(self.budgets()))]
+        budgets = self.budgets()
+        slowest = max(budgets, key=lambda each: max((float(row[2]) for row in each[1]), default=0.0),
+                      default=None)
+        return [Table(f"Latency, {len(self.paths)} path{'s' * (len(self.paths) != 1)}. {self.coverage()}"),
+                *(Table(each[0], ("stage, ms", "min", "mean", "max"), each[1], folded=each is not slowest)
+                  for each in budgets)]
 
     def __repr__(self) -> str:
         return f"LatencyReport({len(self.paths)} paths)"

@@ -15,7 +15,7 @@ from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.layout import experiment_table
 from fesloop.experiment.files.patients import patient_of, with_models, with_patient
-from fesloop.experiment.files.settings import apply_settings
+from fesloop.experiment.files.settings import Settings, apply_settings, setting_texts
 from fesloop.experiment.files.source import read_experiment
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.record_spec import Record
@@ -149,15 +149,16 @@ def _durations_ns(recording: Recording, block: str, trial: int) -> list[int]:
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
 
-def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None = None) -> Experiment:
+def load(experiment: str | Path, settings: Settings = (), seed: int | None = None) -> Experiment:
     """Load a shipped experiment by its name, one from a file, or that of a recording to repeat it.
 
     Parameters
     ----------
     experiment: name of a shipped experiment, path of a TOML file, or path of a recording (.h5). Paths in a
         TOML file start from the folder of that file.
-    settings: "KEY=VALUE" each, changing what the file says: a variant of the file and which of its options it
-        is to be, an alias of the file, or a dotted key path. Paths in them start from the current folder.
+    settings: ["KEY=VALUE"] or {KEY: VALUE}, changing what the file says: a variant of the file and which of
+        its options it is to be, an alias of the file, or a dotted key path. Paths in them start from the
+        current folder.
     seed: takes the place of the file's.
 
     Raises
@@ -167,11 +168,10 @@ def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None 
     return load_picked(experiment, settings, seed)[0]
 
 
-def load_picked(experiment: str | Path, settings: Sequence[str] = (),
+def load_picked(experiment: str | Path, settings: Settings = (),
                 seed: int | None = None) -> tuple[Experiment, Picked]:
     """Load an experiment; also return its file with the options of variants applied."""
-    if isinstance(settings, str):
-        raise InputError("settings", f"{settings!r} is one text", f"a list, such as [{settings!r}]")
+    settings = setting_texts(settings)
     name, document = read(experiment)
     picked = pick(document, settings, name)
     every = [*picked.settings, *([f"experiment.seed={seed}"] if seed is not None else [])]
