@@ -37,7 +37,6 @@ def run(
     from fesloop.experiment.running import Experiment
 
     if not isinstance(experiment, Experiment):
-        require_source("experiment", experiment, "an Experiment")
         made = load(experiment, settings, seed)
     elif settings:
         raise InputError("settings", "given with an experiment that is made already",
@@ -72,9 +71,11 @@ def study(
 
     if isinstance(study, Mapping):
         made = study_of(study, form, Path())
-    else:
-        require_source("study", study, "the tables of one")
+    elif isinstance(study, (str, Path)):
         made = read_study(study, form)
+    else:
+        raise InputError("study", f"is of type {type(study).__name__}", "a name, a path, or tables",
+                         'give an experiment as {"study": {"experiment": ...}}')
     with study_progress(made.name) as watch:
         store = run_study(made, out, workers=workers, watch=watch).store
     return load(store)
@@ -121,9 +122,3 @@ def identify(
     path = getattr(recording, "recording", None) or recording
     model: PatientModel = identifier()(str(path), measured=measured, method=method).model
     return model
-
-
-def require_source(where: str, given: object, otherwise: str) -> None:
-    """Raise InputError for what is neither a name nor a path."""
-    if not isinstance(given, (str, Path)):
-        raise InputError(where, f"a {type(given).__name__}", f"a name, a path, or {otherwise}")

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from html import escape
 from importlib import import_module
 from typing import Any
 
@@ -35,10 +36,11 @@ class NotebookLine:
 
     def _display(self, text: str) -> None:
         display: Any = import_module("IPython.display").display  # there in a notebook
+        shown = {"text/html": f"<small>{escape(text)}</small>" if text else "", "text/plain": text}
         if self._handle is None:
-            self._handle = display({"text/plain": text}, raw=True, display_id=True)
+            self._handle = display(shown, raw=True, display_id=True)
         else:
-            self._handle.update({"text/plain": text}, raw=True)
+            self._handle.update(shown, raw=True)
 
     def close(self) -> None:
         """Remove the line."""

@@ -181,6 +181,9 @@ def load_picked(experiment: str | Path, settings: Settings = (),
 
 def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
     """Read an experiment: its name for messages, and its tables over those that it extends."""
+    if not isinstance(experiment, (str, Path)):
+        raise InputError("experiment", f"is of type {type(experiment).__name__}",
+                         "a name of a shipped experiment, a path, or, to run it, an Experiment")
     text = str(experiment)
     if text.endswith(".h5"):
         return text, document_of(Path(text))
@@ -212,12 +215,17 @@ def _require_code(tables: Mapping[str, Any]) -> None:
         return  # a fault of form
     for name, table in tables["blocks"].items() if isinstance(tables.get("blocks"), Mapping) else ():
         kind = table.get("kind") if isinstance(table, Mapping) else None
-        if isinstance(kind, str) and kind in code and here.get(kind) != code[kind]:
-            what = ("has been defined again, in another way, since" if kind in here
-                    else "is a class of a notebook or a script, which is not defined here")
-            raise InputError(f"blocks.{name}.kind", f"{kind!r} {what}", "the class as it was",
-                             "its source is in the recording: Recording(path).experiment['code']; run that "
-                             "with @fesloop.block above the class, and then this")
+        if not isinstance(kind, str) or kind not in code or here.get(kind) == code[kind]:
+            continue
+        where = f"blocks.{name}.kind"
+        if ":" in kind:
+            raise InputError(where, f"{kind!r} is no kind, but a class that was given as an object",
+                             "a class that can be defined from its source",
+                             "put @fesloop.block above it, and make the experiment again")
+        what = "is now another class than in this experiment" if kind in here else "is not defined here"
+        raise InputError(where, f"{kind!r}, a class of a notebook or a script, {what}", "the class as it was",
+                         "make the experiment again with the present one, or run the source that a recording "
+                         "has of it, Recording(path).experiment['code']")
 
 
 def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
