@@ -71,15 +71,19 @@ def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = 
                  folder=folder, experiments=experiments, document=settled, try_next=tuple(try_next))
 
 
-def _named(document: Any) -> tuple[Any, dict[str, dict[str, Any]]]:
+_DEEPEST = len(("axes", "NAME", "options", "LEVEL", "experiment"))
+"""Tables around an experiment, which may hold themselves: `plain_tables` refuses that."""
+
+
+def _named(document: Any, depth: int = _DEEPEST) -> tuple[Any, dict[str, dict[str, Any]]]:
     """Tables with the names of experiments in place of objects, and the documents of these by name."""
     if isinstance(document, ExperimentSpecification):
         return document.name, {document.name: document.document()}
-    if not isinstance(document, Mapping):
+    if not isinstance(document, Mapping) or not depth:
         return document, {}
     tables, found = {}, dict[str, dict[str, Any]]()
     for key, value in document.items():
-        tables[key], inner = _named(value)
+        tables[key], inner = _named(value, depth - 1)
         for name, each in inner.items():
             if found.setdefault(name, each) != each:
                 raise InputError("study.experiment", f"two experiments have the name {name!r}",
