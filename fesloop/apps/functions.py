@@ -11,6 +11,7 @@ from fesloop.errors import InputError
 if TYPE_CHECKING:
     from fesloop.analysis.study.results.study_results import StudyResults
     from fesloop.experiment.files.settings import Settings
+    from fesloop.experiment.recording.reading import Recording
     from fesloop.experiment.running import Experiment, Result
     from fesloop.models.patient_model import PatientModel
 
@@ -81,21 +82,22 @@ def study(
     return load(store)
 
 
-def report(*sources: str | Path | Result, out: str | Path | None = None) -> Path:
+def report(*sources: str | Path | Result | Recording | StudyResults, out: str | Path | None = None) -> Path:
     """Write the report of a run, of several, or of a study, as `fesloop report` does; return its path.
 
     Parameters
     ----------
-    sources: recordings or results of runs, or one folder of a study.
+    sources: recordings or results of runs, or one folder or the results of a study.
     out: path of the HTML file; None: beside the first source.
 
     Raises InputError for sources that have no report.
     """
     from fesloop.apps.report_pages import page_of, report_path
+    from fesloop.experiment.running import Result
     from fesloop.show.report.page import write_page
 
-    paths = [each if isinstance(each, Path) else Path(getattr(each, "recording", None) or str(each))
-             for each in sources]
+    paths = [Path(each) if isinstance(each, (str, Path)) else
+             each.recording if isinstance(each, Result) else each.path for each in sources]
     if not paths:
         raise InputError("report", "of nothing", "recordings, results of runs, or a study's folder")
     target = report_path(paths, out)

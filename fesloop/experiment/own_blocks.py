@@ -24,7 +24,7 @@ import sys
 import textwrap
 import types
 from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from hashlib import sha256
 from typing import Any, TypeVar, overload
 
@@ -75,7 +75,7 @@ def _registered(cls: Any, kind: str | None) -> Any:
     kind = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower() if kind is None else kind
     if not re.fullmatch(r"[a-z][a-z0-9_]*", kind) or keyword.iskeyword(kind):
         raise InputError("kind", f"{kind!r} is no name of a kind", _IN_HAND)
-    registry.register(kind, cls, source_of(cls))
+    registry.register(kind, cls, _Source(cls))
     return cls
 
 
@@ -89,10 +89,9 @@ def kept_source(cls: type[Any]) -> str:
 
 def define(code: Mapping[str, str]) -> None:
     """Define classes, by kind, from their sources; those that are known already stay."""
-    known = registry.sources()
     for kind, source in code.items():
-        if known.get(kind) != source:
-            registry.register(kind, _defined(kind, source), source)
+        if registry.source(kind) != source:
+            registry.register(kind, _defined(kind, source), partial(str, source))
 
 
 @lru_cache
@@ -117,54 +116,90 @@ def source_of(cls: type[Any]) -> str:
 
     Raises InputError where that cannot be written down.
     """
-    module = sys.modules.get(cls.__module__)
-    names = {**(vars(module) if module is not None else {}), **_enclosed(cls)}
-    pieces: dict[str, str] = {}
-    _write(cls.__name__, cls, cls, names, pieces)
-    future = any(each.__code__.co_flags & __future__.annotations.compiler_flag for each in _functions(cls))
-    head = "from __future__ import annotations\n" if future else ""
-    lines = [text for text in pieces.values() if text.startswith(("import ", "from "))]
-    rest = [text for text in pieces.values() if not text.startswith(("import ", "from "))]
-    return head + "\n".join(sorted(lines)) + "\n\n" + "\n\n".join(rest) + "\n"
+    return _Source(cls)()
 
 
-def _write(name: str, value: Any, cls: type[Any], names: Mapping[str, Any], pieces: dict[str, str]) -> None:
-    """Add the text that defines a name as a value, after that of all names which it uses."""
-    if name in pieces:
-        return
-    pieces[name] = ""  # one that uses itself
-    if (text := _import(name, value, cls)) is not None:
-        pieces[name] = text
-    elif isinstance(value, type) or inspect.isroutine(inspect.unwrap(value)):
-        text = _text(name, value, cls)
-        for used in _used(text):
-            if used in names:
-                _write(used, names[used], cls, names, pieces)
-        del pieces[name]
-        pieces[name] = text  # after what it uses
-    elif _is_plain(value):
-        pieces[name] = f"{name} = {value!r}"
-    elif isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
-        _write("np", np, cls, names, pieces)
-        pieces[name] = f"{name} = np.array({value.tolist()!r}, dtype={value.dtype.str!r})"
-    else:
-        raise InputError(cls.__name__, f"uses {name!r}, a {type(value).__name__}, which cannot be kept with "
-                         "it", "functions, classes, numbers, text and arrays from outside",
-                         f"make {name} a parameter of the class, or of its state")
+class _Source:
+    """Text that defines a class by itself, as long as what it uses remains the same."""
+
+    def __init__(self, cls: type[Any]) -> None:
+        self._cls = cls
+        self._write_all()
+
+    def __call__(self) -> str:
+        """The text; it is written anew where a name that the class uses has another value than before.
+
+        Otherwise it is that of when the class was registered: its file may have been edited since.
+        """
+        names = self._names()
+        if any(name not in names or not self._same(name, value, names[name])
+               for name, value in self._values.items() if value is not self._cls):
+            self._write_all()
+        return self._text
+
+    def _names(self) -> dict[str, Any]:
+        module = sys.modules.get(self._cls.__module__)
+        return {**(vars(module) if module is not None else {}), **_enclosed(self._cls)}
+
+    def _same(self, name: str, before: Any, now: Any) -> bool:
+        constant = _constant(name, now)
+        return before is now if constant is None else constant == self._pieces[name]
+
+    def _write_all(self) -> None:
+        self._pieces: dict[str, str] = {}
+        self._values: dict[str, Any] = {}
+        self._write(self._cls.__name__, self._cls, self._names())
+        future = any(each.__code__.co_flags & __future__.annotations.compiler_flag
+                     for each in _functions(self._cls))
+        imports = [text for text in self._pieces.values() if text.startswith(("import ", "from "))]
+        rest = [text for text in self._pieces.values() if not text.startswith(("import ", "from "))]
+        if any(re.search(r"\b(inf|nan)\b", text) for text in rest):
+            imports.append("from math import inf, nan")
+        head = ["from __future__ import annotations"] if future else []
+        self._text = "\n\n\n".join(["\n".join([*head, *sorted(set(imports))]), *rest]) + "\n"
+
+    def _write(self, name: str, value: Any, names: Mapping[str, Any]) -> None:
+        """Add the text that defines a name as a value, after that of all names which it uses."""
+        if name in self._pieces:
+            return
+        cls, self._values[name] = self._cls, value
+        self._pieces[name] = ""  # one that uses itself
+        text = _import(name, value, cls) or _constant(name, value)
+        if text is None and (isinstance(value, type) or inspect.isroutine(inspect.unwrap(value))):
+            text = _definition(name, value, cls)
+            for used in _used(text):
+                if used in names:
+                    self._write(used, names[used], names)
+        if text is None:
+            raise InputError(cls.__name__, f"uses {name!r}, a {type(value).__name__}, which cannot be kept "
+                             "with it", "functions, classes, numbers, text and arrays from outside",
+                             f"make {name} a parameter of the class, or of its state")
+        del self._pieces[name]
+        self._pieces[name] = text  # after what it uses
+
+
+def _constant(name: str, value: Any) -> str | None:
+    """The line that defines plain values; None for anything else."""
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
+        return f"{name} = __import__('numpy').array({value.tolist()!r}, dtype={value.dtype.str!r})"
+    if isinstance(value, np.generic) and value.dtype.kind in "biuf":
+        return f"{name} = __import__('numpy').{type(value).__name__}({value.item()!r})"
+    return f"{name} = {value!r}" if _is_plain(value) else None
 
 
 def _import(name: str, value: Any, cls: type[Any]) -> str | None:
     """The line that imports a value; None for one of the class's own module, and for plain values."""
     if isinstance(value, types.ModuleType):
         return f"import {value.__name__} as {name}" if value.__name__ != name else f"import {name}"
-    if _is_plain(value) or isinstance(value, np.ndarray):
+    if _constant(name, value) is not None:
         return None
     home, real = getattr(value, "__module__", None), getattr(value, "__name__", name)
     if isinstance(home, str) and home == cls.__module__:
         return None
-    for place in (home, *_modules_with(real, value, cls)):
-        if isinstance(place, str) and getattr(sys.modules.get(place), real, None) is value:
-            return f"from {place} import {real}" + (f" as {name}" if real != name else "")
+    for known in dict.fromkeys((real, name)):  # an alias of a type has the name of the type
+        for place in (home, *_modules_with(known, value, cls)):
+            if isinstance(place, str) and getattr(sys.modules.get(place), known, None) is value:
+                return f"from {place} import {known}" + (f" as {name}" if known != name else "")
     return None
 
 
@@ -177,7 +212,7 @@ def _modules_with(name: str, value: Any, cls: type[Any]) -> Iterator[str]:
 
 
 def _is_plain(value: Any) -> bool:
-    if isinstance(value, (tuple, list, frozenset, set)):
+    if isinstance(value, (tuple, list)):
         return all(map(_is_plain, value))
     if isinstance(value, dict):
         return all(_is_plain(each) for pair in value.items() for each in pair)
@@ -216,7 +251,7 @@ def _enclosed(cls: type[Any]) -> dict[str, Any]:
     return found
 
 
-def _text(name: str, value: Any, cls: type[Any]) -> str:
+def _definition(name: str, value: Any, cls: type[Any]) -> str:
     """Source of a class or function of a module or a notebook's cell."""
     text = _class_text(value) if isinstance(value, type) else _function_text(inspect.unwrap(value))
     if text is None:
@@ -229,7 +264,7 @@ def _text(name: str, value: Any, cls: type[Any]) -> str:
 
 def _function_text(function: Any) -> str | None:
     try:
-        text = textwrap.dedent(inspect.getsource(function))
+        text = textwrap.dedent(inspect.getsource(function)).strip("\n")
         ast.parse(text)
     except (OSError, TypeError, SyntaxError):
         return None
@@ -264,5 +299,6 @@ def _places(cls: type[Any]) -> Iterator[tuple[int | None, list[str]]]:
     if file:
         yield None, linecache.getlines(file)
     else:
-        for name in reversed(list(linecache.cache)):
-            yield None, linecache.getlines(name)
+        for entry in reversed(list(linecache.cache.values())):
+            if len(entry) == 4 and entry[1] is None:  # of no file
+                yield None, entry[2]

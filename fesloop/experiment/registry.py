@@ -80,17 +80,17 @@ def _first(group: str) -> EntryPoint | None:
 
 
 class OwnClass(NamedTuple):
-    """A class that this process has registered, and its source with all that it uses of its module."""
+    """A class that this process has registered, and its present source with all that it uses."""
 
     cls: type[Any]
-    source: str
+    source: Callable[[], str]
 
 
 _own: dict[str, OwnClass] = {}
 """Classes that this process has registered, by kind."""
 
 
-def register(kind: str, cls: type[Any], source: str) -> None:
+def register(kind: str, cls: type[Any], source: Callable[[], str]) -> None:
     """Make a class a kind in this process; a former class of this name in the same place is replaced.
 
     Raises InputError for a kind that is taken, and for a class that breaks the contract.
@@ -103,9 +103,14 @@ def register(kind: str, cls: type[Any], source: str) -> None:
     find.cache_clear()
 
 
+def source(kind: str) -> str | None:
+    """Present source of the class that this process has registered as a kind; None if there is none."""
+    return _own[kind].source() if kind in _own else None
+
+
 def sources() -> dict[str, str]:
-    """Source of every class that this process has registered, by kind."""
-    return {kind: own.source for kind, own in _own.items()}
+    """Present source of every class that this process has registered, by kind."""
+    return {kind: own.source() for kind, own in _own.items()}
 
 
 def require_contract(kind: str, cls: type[Any], place: str) -> None:

@@ -248,11 +248,11 @@ class ExperimentSpecification:
 
     def _code(self) -> dict[str, str]:
         """Sources of classes that no installed package registers, by kind."""
-        known, found = registry.sources(), {}
+        found = {}
         for part in dict.fromkeys(type(node.part) for node in self.nodes):
             kind = registry.kind_of(part)
-            if kind in known:
-                found[kind] = known[kind]
+            if source := registry.source(kind):
+                found[kind] = source
             elif ":" in kind:
                 from fesloop.experiment.own_blocks import kept_source  # installed kinds do without
 

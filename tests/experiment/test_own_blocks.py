@@ -1,14 +1,17 @@
 """Classes of a script or a notebook as kinds: their source, their provenance, and what is refused."""
 
+import math
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import fesloop
 from controllers.point_search.block import PointSearch
@@ -16,6 +19,7 @@ from controllers.point_search.contract import Query
 from controllers.point_search.exhaustive import Exhaustive
 from controllers.reference import MinimumJerk
 from fesloop import Experiment, InputError, Node, Recording, RunError, Score, Wire
+from fesloop.compiled import compiled
 from fesloop.experiment import own_blocks, registry
 from fesloop.experiment.files.parse import from_document
 from fesloop.loop.signals import Port
@@ -144,6 +148,23 @@ def test_a_shipped_experiment_takes_it(tmp_path):
     assert result.status == "done"
 
 
+def test_the_source_follows_what_the_class_uses(monkeypatch):
+    fesloop.block(Steady)
+    before = loop_of(Steady()).document()["code"]["steady"]
+    assert "WIDTH_S = 0.0001" in before
+    monkeypatch.setitem(globals(), "WIDTH_S", 2e-4)
+    changed = loop_of(Steady()).document()
+    assert "WIDTH_S = 0.0002" in changed["code"]["steady"]
+    SHARES[1, 0] = 0.25
+    try:
+        with pytest.raises(InputError, match=r"'steady', a class .* is now another class than in this"):
+            from_document(changed)
+    finally:
+        SHARES[1, 0] = 1.0
+    monkeypatch.setitem(globals(), "WIDTH_S", 1e-4)
+    assert loop_of(Steady()).document()["code"]["steady"] == before
+
+
 def test_documents_of_shipped_kinds_have_no_code():
     assert "code" not in fesloop.load("finger_control").document()
 
@@ -172,6 +193,32 @@ def counted(width_s):
 
 
 Counted = counted(2e-4)
+
+
+LIMIT = math.inf
+TURN = np.radians(3.0)
+
+
+@compiled
+def half(x):
+    return 0.5 * x
+
+
+@dataclass(frozen=True)
+class Aliased(Steady):
+    """Uses an alias of a type, a compiled function, and constants of other kinds."""
+
+    way: Literal["a", "b"] = "a"
+    weights: NDArray[np.float64] | None = None
+
+    def init(self, context):
+        return half(min(LIMIT, TURN))
+
+
+def test_aliases_compiled_functions_and_any_number_are_kept():
+    source = own_blocks.source_of(Aliased)
+    assert "from numpy.typing import NDArray" in source
+    assert own_blocks._defined("aliased", source)().init(None) == half(TURN)
 
 
 def test_values_of_the_function_around_a_class_are_kept():

@@ -210,19 +210,20 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
 
 def _require_code(tables: Mapping[str, Any]) -> None:
     """Raise InputError where a class that the tables have the source of is another one here, or missing."""
-    code, here = tables.get("code", {}), registry.sources()
+    code = tables.get("code", {})
     if not isinstance(code, Mapping):
         return  # a fault of form
     for name, table in tables["blocks"].items() if isinstance(tables.get("blocks"), Mapping) else ():
         kind = table.get("kind") if isinstance(table, Mapping) else None
-        if not isinstance(kind, str) or kind not in code or here.get(kind) == code[kind]:
+        if not isinstance(kind, str) or kind not in code or registry.source(kind) == code[kind]:
             continue
         where = f"blocks.{name}.kind"
         if ":" in kind:
             raise InputError(where, f"{kind!r} is no kind, but a class that was given as an object",
                              "a class that can be defined from its source",
                              "put @fesloop.block above it, and make the experiment again")
-        what = "is now another class than in this experiment" if kind in here else "is not defined here"
+        what = ("is now another class than in this experiment" if registry.source(kind)
+                else "is not defined here")
         raise InputError(where, f"{kind!r}, a class of a notebook or a script, {what}", "the class as it was",
                          "make the experiment again with the present one, or run the source that a recording "
                          "has of it, Recording(path).experiment['code']")
