@@ -100,10 +100,11 @@ def _defined(kind: str, source: str) -> type[Any]:
     global _defining
     name = f"fesloop_own_{kind}_{sha256(source.encode()).hexdigest()[:8]}"
     module = sys.modules[name] = types.ModuleType(name)
-    linecache.cache[name] = len(source), None, source.splitlines(keepends=True), name
+    file = f"<ipython-{name}>"  # numba caches what it compiles of cells, which it knows by this beginning
+    linecache.cache[file] = len(source), None, source.splitlines(keepends=True), file
     _defining = True
     try:
-        exec(compile(source, name, "exec", dont_inherit=True), vars(module))
+        exec(compile(source, file, "exec", dont_inherit=True), vars(module))
     finally:
         _defining = False
     (*_, last) = (node for node in ast.parse(source).body if isinstance(node, ast.ClassDef))
