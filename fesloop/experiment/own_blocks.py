@@ -194,22 +194,26 @@ def _import(name: str, value: Any, cls: type[Any]) -> str | None:
         return f"import {value.__name__} as {name}" if value.__name__ != name else f"import {name}"
     if _constant(name, value) is not None:
         return None
-    home, real = getattr(value, "__module__", None), getattr(value, "__name__", name)
-    if isinstance(home, str) and home == cls.__module__:
+    home = getattr(value, "__module__", None) or type(value).__module__
+    real = getattr(value, "__name__", name)
+    if home == cls.__module__:
         return None
     for known in dict.fromkeys((real, name)):  # an alias of a type has the name of the type
-        for place in (home, *_modules_with(known, value, cls)):
-            if isinstance(place, str) and getattr(sys.modules.get(place), known, None) is value:
+        for place in (home, *_modules_with(known, value, home)):
+            if getattr(sys.modules.get(place), known, None) is value:
                 return f"from {place} import {known}" + (f" as {name}" if known != name else "")
     return None
 
 
-def _modules_with(name: str, value: Any, cls: type[Any]) -> Iterator[str]:
-    """Imported modules that have a value under a name, the ones nearest to the top first."""
-    users = (cls.__module__, "__main__", "__mp_main__")
-    found = [place for place, module in list(sys.modules.items()) if place not in users
+def _modules_with(name: str, value: Any, home: str) -> list[str]:
+    """Modules of the package that a value is of that have it under a name, the ones nearest to the top first.
+
+    Only that package is searched: which others have imported it differs from process to process.
+    """
+    package = home.partition(".")[0]
+    found = [place for place, module in list(sys.modules.items()) if place.partition(".")[0] == package
              and isinstance(module, types.ModuleType) and vars(module).get(name) is value]
-    yield from sorted(found, key=lambda place: (place.count("."), "_" in place, len(place)))
+    return sorted(found, key=lambda place: (place.count("."), "_" in place, len(place), place))
 
 
 def _is_plain(value: Any) -> bool:

@@ -95,10 +95,13 @@ def _signal_row(name: str, extent: Any) -> tuple[str, ...]:
 
 
 def result_tables(result: Any) -> list[Table]:
-    """Metrics of a run's result."""
+    """Metrics of a run's result; those that are tables themselves, such as by joint, folded."""
     status = f"{result.status}: {result.cause}" if result.cause else result.status
-    return [Table(f"{result.experiment}, seed {result.seed}: {status}; {result.recording}", ("metric", ""),
-                  list(_metric_rows("", result.metrics)))]
+    rows = list(_metric_rows("", result.metrics))
+    whole, parts = [row for row in rows if "." not in row[0]], [row for row in rows if "." in row[0]]
+    tables = [Table(f"{result.experiment}, seed {result.seed}: {status}; {result.recording}", ("metric", ""),
+                    whole)]
+    return tables + ([Table("Their parts", ("metric", ""), parts, folded=True)] if parts else [])
 
 
 def _metric_rows(place: str, metrics: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -107,7 +110,7 @@ def _metric_rows(place: str, metrics: Mapping[str, Any]) -> Iterator[tuple[str, 
             yield from _metric_rows(f"{place}{name}.", value)
         else:
             values = value if isinstance(value, (list, tuple)) else [value]
-            yield f"{place}{name}", "  ".join(map(_number, values))
+            yield f"{place}{name}", _short("  ".join(map(_number, values)))
 
 
 def _number(value: Any) -> str:
