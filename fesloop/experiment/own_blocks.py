@@ -35,7 +35,6 @@ from fesloop.experiment import registry
 
 Class = TypeVar("Class", bound=type[Any])
 _PLAIN = (bool, int, float, complex, str, bytes, type(None))
-_IN_HAND = "another name, in lower case, with digits and underscores"
 _defining = False
 
 
@@ -74,7 +73,8 @@ def _registered(cls: Any, kind: str | None) -> Any:
                          "kw_only=True)", "see docs/howto/add_a_block.md")
     kind = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower() if kind is None else kind
     if not re.fullmatch(r"[a-z][a-z0-9_]*", kind) or keyword.iskeyword(kind):
-        raise InputError("kind", f"{kind!r} is no name of a kind", _IN_HAND)
+        raise InputError("kind", f"{kind!r} is no name of a kind",
+                         "lower-case letters, digits and underscores, no word of Python")
     registry.register(kind, cls, _Source(cls))
     return cls
 

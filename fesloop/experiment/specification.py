@@ -231,11 +231,11 @@ class ExperimentSpecification:
                  "duration_s": None if self.duration_s is None else float(self.duration_s),
                  "trials": self.trials, "seed": self.seed, "notes": list(self.notes) or None}
         return {"experiment": {key: value for key, value in about.items() if value is not None},
-                **self._tables}
+                **self._tables, **({"code": code} if (code := self._code()) else {})}
 
     @cached_property
     def _tables(self) -> dict[str, Any]:
-        """The document without the table [experiment], cached because parameters do not change."""
+        """The document without the tables [experiment] and [code]: parameters do not change."""
         return {
             **({"patient": plain(self.patient)} if self.patient is not None else {}),
             "record": plain(self.record),
@@ -243,11 +243,10 @@ class ExperimentSpecification:
             **({"links": links} if (links := _link_tables(self.wires)) else {}),
             "wires": [_wire_table(wire) for wire in self.wires],
             "score": plain(self.score),
-            **({"code": code} if (code := self._code()) else {}),
         }
 
     def _code(self) -> dict[str, str]:
-        """Sources of classes that no installed package registers, by kind."""
+        """Present sources of classes that no installed package registers, by kind."""
         found = {}
         for part in dict.fromkeys(type(node.part) for node in self.nodes):
             kind = registry.kind_of(part)

@@ -150,10 +150,11 @@ def test_a_shipped_experiment_takes_it(tmp_path):
 
 def test_the_source_follows_what_the_class_uses(monkeypatch):
     fesloop.block(Steady)
-    before = loop_of(Steady()).document()["code"]["steady"]
+    experiment = loop_of(Steady())
+    before = experiment.document()["code"]["steady"]
     assert "WIDTH_S = 0.0001" in before
     monkeypatch.setitem(globals(), "WIDTH_S", 2e-4)
-    changed = loop_of(Steady()).document()
+    changed = experiment.document()
     assert "WIDTH_S = 0.0002" in changed["code"]["steady"]
     SHARES[1, 0] = 0.25
     try:
@@ -162,7 +163,7 @@ def test_the_source_follows_what_the_class_uses(monkeypatch):
     finally:
         SHARES[1, 0] = 1.0
     monkeypatch.setitem(globals(), "WIDTH_S", 1e-4)
-    assert loop_of(Steady()).document()["code"]["steady"] == before
+    assert experiment.document()["code"]["steady"] == before
 
 
 def test_documents_of_shipped_kinds_have_no_code():
