@@ -12,7 +12,7 @@ author = "The fesloop developers"
 project_copyright = "The fesloop developers, Apache-2.0"
 version = release = installed("fesloop")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_copybutton", "sphinx_design",
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx_copybutton", "sphinx_design",
               "docstring_pages", "generated_pages", "mathml"]
 exclude_patterns = ["_*", "**/__pycache__"]
 nitpicky = True
@@ -21,6 +21,12 @@ nitpick_ignore = [("py:class", "collections.abc.Mapping")]
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
+
+# Notebooks are kept without outputs, and run here; a cell that fails is an error.
+nb_execution_mode = "force"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True
 
 autodoc_member_order = "bysource"
 # Types stand beside each parameter (`docstring_pages`), where there is room for them.

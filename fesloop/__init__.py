@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fesloop.apps.functions import film, identify, report, run, study
     from fesloop.errors import FesloopError, InputError, RunError
     from fesloop.experiment.files.parse import load
+    from fesloop.experiment.own_blocks import block
     from fesloop.experiment.record_spec import Record
     from fesloop.experiment.recording.reading import Recording
     from fesloop.experiment.running import Experiment, Result
@@ -46,6 +47,7 @@ _HOMES = {
     "Score": "fesloop.experiment.score_spec",
     "Wire": "fesloop.loop.wire",
     "Wiring": "fesloop.loop.wiring",
+    "block": "fesloop.experiment.own_blocks",
     "film": "fesloop.apps.functions",
     "identify": "fesloop.apps.functions",
     "load": "fesloop.experiment.files.parse",
@@ -69,6 +71,7 @@ __all__ = [
     "Score",
     "Wire",
     "Wiring",
+    "block",
     "film",
     "identify",
     "load",

@@ -52,6 +52,10 @@ def in_one_line(text: str, longest: int = _LONGEST) -> str:
 class FesloopError(Exception):
     """Base of every error that fesloop raises on purpose; its text is one line."""
 
+    def _render_traceback_(self) -> list[str]:
+        """Lines that a notebook shows: the text, which says what to do, without the library's own lines."""
+        return [f"{type(self).__name__}: {self}"]
+
 
 class InputError(FesloopError, ValueError):
     """Something the user gave cannot be used (exit code 2).

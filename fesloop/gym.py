@@ -27,9 +27,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fesloop.apps.functions import Settings, setting_texts
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.files.parse import load
+from fesloop.experiment.files.settings import Settings, setting_texts
 from fesloop.experiment.running import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.loop.abilities import offers

@@ -51,7 +51,7 @@ def slowly(value):
     return value
 
 
-def prepared_or_not(id, document, seed):
+def prepared_or_not(id, document, seed, code):
     """A shipped model, unless a folder says no: for `fesloop.analysis.study.engine.preparing.prepare_one`."""
     folder = Path(os.environ["STUDY_BLOCKS"])
     (folder / f"{id}-{time.monotonic_ns()}.prepared").touch()

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from study_stores import write_store
 
 from fesloop.analysis.study import load as load_study
-from fesloop.analysis.study.engine.coordinator import Summary
 from fesloop.analysis.study.engine.worker import ResultSpec, run_one
 from fesloop.apps.cli import main
 from fesloop.apps.cli.run_command import _pacing_rows
@@ -86,7 +85,7 @@ def test_a_study_speaks_of_intervals_where_it_shows_some(tmp_path_factory, value
     results = load_study(write_store(path, {"x": list(range(len(values)))}, width, outcome))
     screen = io.StringIO()
     with contextlib.redirect_stderr(screen):
-        _show(Summary(study="s", store=path, runs=1, done=1, wall_s=0.0), results)
+        _show(results)
     told = screen.getvalue()
     cells = results.cells("error_deg")
     assert ("interval" in told) == bool(re.search(rf"\({NUMBER} to {NUMBER}\)", told))
@@ -103,7 +102,7 @@ def test_a_study_shows_no_interval_of_replicates_that_do_not_differ(tmp_path):
     store = write_store(tmp_path / "study.sqlite", {"x": [0]}, 2, lambda *about: {"error_deg": 1.0})
     screen = io.StringIO()
     with contextlib.redirect_stderr(screen):
-        _show(Summary(study="s", store=store, runs=2, done=2, wall_s=0.0), load_study(store))
+        _show(load_study(store))
     assert "interval" not in screen.getvalue()
     assert "1 to 1" not in screen.getvalue()
 

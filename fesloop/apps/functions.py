@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,10 +10,11 @@ from fesloop.errors import InputError
 
 if TYPE_CHECKING:
     from fesloop.analysis.study.results.study_results import StudyResults
+    from fesloop.experiment.files.settings import Settings
+    from fesloop.experiment.recording.reading import Recording
     from fesloop.experiment.running import Experiment, Result
     from fesloop.models.patient_model import PatientModel
 
-Settings = Sequence[str] | Mapping[str, Any]
 
 
 def run(
@@ -25,50 +26,68 @@ def run(
     Parameters
     ----------
     experiment: name of a shipped experiment, path of a TOML file or a recording, or an Experiment.
-    settings: {KEY: VALUE} or ["KEY=VALUE"], as `--set`: variants of the file, aliases and dotted key paths.
+    settings: {KEY: VALUE} or ["KEY=VALUE"], as `--set`: variants of the file, aliases and dotted key paths;
+        {"blocks.controller": {"kind": "own_pid", "rate": "50"}} replaces a block.
     seed: takes the place of the file's.
     out: folder of the recording.
 
     Raises InputError, InputErrors for bad input, and what `Experiment.run` raises.
     """
+    from fesloop.apps.progress import run_progress
     from fesloop.experiment.files.parse import load
     from fesloop.experiment.running import Experiment
 
-    if isinstance(experiment, Experiment):
-        if settings:
-            raise InputError("settings", "given with an experiment that is made already",
-                             "settings with a name or a path", "give them to fesloop.load")
-        return (experiment if seed is None else experiment.with_seed(seed)).run(out)
-    return load(experiment, setting_texts(settings), seed).run(out)
+    if not isinstance(experiment, Experiment):
+        made = load(experiment, settings, seed)
+    elif settings:
+        raise InputError("settings", "given with an experiment that is made already",
+                         "settings with a name or a path", "give them to fesloop.load")
+    else:
+        made = experiment if seed is None else experiment.with_seed(seed)
+    with run_progress(made.name) as progress:
+        return made.run(out, progress=progress)
 
 
 def study(
-    study: str | Path, form: str = "", *, out: str | Path = "studies", workers: int | None = None
+    study: str | Path | Mapping[str, Any], form: str = "", *, out: str | Path = "studies",
+    workers: int | None = None,
 ) -> StudyResults:
     """Run a study, or its remaining runs, as `fesloop study` does, and return its results.
 
     Parameters
     ----------
-    study: name of a shipped study, or path of a TOML file.
+    study: name of a shipped study, path of a TOML file, or the tables of one, in which `experiment` may be an
+        Experiment: {"study": {"name": "mine", "experiment": experiment, "metrics": {...}}, "axes": {...}}.
+        Blocks may be of classes of the notebook or script (`fesloop.block`).
     form: of the file, such as "full"; empty: the file itself.
     out: folder in which the study has its own.
     workers: processes; None: one per core. A script starts them under `if __name__ == "__main__":`.
 
     Raises InputError, InputErrors for bad input, and what `run_study` raises.
     """
-    from fesloop.analysis.study.design.study_file import read_study
+    from fesloop.analysis.study.design.study_file import read_study, study_of
     from fesloop.analysis.study.engine.coordinator import run_study
     from fesloop.analysis.study.results.study_results import load
+    from fesloop.apps.progress import study_progress
 
-    return load(run_study(read_study(study, form), out, workers=workers).store)
+    if isinstance(study, Mapping):
+        made = study_of(study, form, Path())
+    elif isinstance(study, (str, Path)):
+        made = read_study(study, form)
+    else:
+        raise InputError("study", f"is of type {type(study).__name__}", "a name, a path, or tables",
+                         'give an experiment as {"study": {"experiment": ...}}')
+    with study_progress(made.name) as watch:
+        store = run_study(made, out, workers=workers, watch=watch).store
+    return load(store)
 
 
-def report(*sources: str | Path | Result, out: str | Path | None = None) -> Path:
+def report(*sources: str | Path | Result | Recording | StudyResults, out: str | Path | None = None) -> Path:
     """Write the report of a run, of several, or of a study, as `fesloop report` does; return its path.
 
     Parameters
     ----------
-    sources: recordings or results of runs, or one folder of a study.
+    sources: recordings or results of runs, or one folder or the results of a study.
     out: path of the HTML file; None: beside the first source.
 
     Raises InputError for sources that have no report.
@@ -134,19 +153,12 @@ def identify(
     """
     from fesloop.experiment.registry import identifier
 
-    path = getattr(recording, "recording", None) or recording
-    model: PatientModel = identifier()(str(path), measured=measured, method=method).model
+    model: PatientModel = identifier()(str(_path_of(recording)), measured=measured, method=method).model
     return model
 
 
-def _path_of(given: str | Path | Result) -> Path:
-    """Path of a recording, or of the recording of a result."""
-    return given if isinstance(given, Path) else Path(getattr(given, "recording", None) or str(given))
-
-
-def setting_texts(settings: Settings) -> Sequence[str]:
-    """Settings as "KEY=VALUE" each."""
-    if not isinstance(settings, Mapping):
-        return settings
-    return [f"{key}={str(value).lower() if isinstance(value, bool) else value}"
-            for key, value in settings.items()]
+def _path_of(given: Any) -> Path:
+    """Path of a recording or a study: given, or of a result, an open recording or results."""
+    if isinstance(given, (str, Path)):
+        return Path(given)
+    return Path(getattr(given, "recording", None) or given.path)

@@ -5,6 +5,8 @@ Any package adds a kind, a value of `kind = "..."` in experiment files, by an en
 entry by name counts: that of "fesloop.patients" names a module with the functions of `PatientReader`, those
 of "fesloop.identifiers" and "fesloop.calibrators" name functions from the path of a recording to an object
 whose `model` or `calibration` can be saved.
+
+A class of a notebook or a script is a kind for this process only (`fesloop.experiment.own_blocks`).
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from functools import cache
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from fesloop.errors import InputError, did_you_mean
 
@@ -77,9 +79,53 @@ def _first(group: str) -> EntryPoint | None:
     return next(iter(sorted(entry_points(group=group), key=lambda entry: entry.name)), None)
 
 
+class OwnClass(NamedTuple):
+    """A class that this process has registered, and its present source with all that it uses."""
+
+    cls: type[Any]
+    source: Callable[[], str]
+
+
+_own: dict[str, OwnClass] = {}
+"""Classes that this process has registered, by kind."""
+
+
+def register(kind: str, cls: type[Any], source: Callable[[], str]) -> None:
+    """Make a class a kind in this process; a former class of this name in the same place is replaced.
+
+    Raises InputError for a kind that is taken, and for a class that breaks the contract.
+    """
+    if kind in _entries():
+        raise InputError("kind", f"block kind {kind!r} exists already", "another name",
+                         f'name the kind of {cls.__name__}: @fesloop.block("...")')
+    require_contract(kind, cls, cls.__name__)
+    _own[kind] = OwnClass(cls, source)
+    find.cache_clear()
+
+
+def source(kind: str) -> str | None:
+    """Present source of the class that this process has registered as a kind; None if there is none."""
+    return _own[kind].source() if kind in _own else None
+
+
+def sources() -> dict[str, str]:
+    """Present source of every class that this process has registered, by kind."""
+    return {kind: own.source() for kind, own in _own.items()}
+
+
+def require_contract(kind: str, cls: type[Any], place: str) -> None:
+    """Raise InputError for a class that breaks the contract of blocks and plants."""
+    from fesloop.loop.abilities import contract_faults  # which loads numpy: `fesloop list` does without
+
+    if wrong := list(contract_faults(cls)):
+        raise InputError("kind", f"block kind {kind!r} ({place}): {'; '.join(wrong)}",
+                         "the members of fesloop.loop.block, and of fesloop.loop.abilities under their names",
+                         "mend or rename the member")
+
+
 def kinds() -> list[str]:
     """Every registered kind, by name."""
-    return sorted(_entries())
+    return sorted({*_entries(), *_own})
 
 
 @cache
@@ -89,13 +135,13 @@ def find(kind: str) -> type[Any]:
     Raises InputError for an unknown kind, for one whose package does not import, and for a class that
     breaks the contract of blocks and plants.
     """
-    from fesloop.loop.abilities import contract_faults  # which loads numpy: `fesloop list` does without
-
+    if kind in _own:
+        return _own[kind].cls
     entry = _entries().get(kind)
     if entry is None:
         remedy = (did_you_mean(kind, kinds()) if ":" not in kind else
-                  "a class becomes a kind by an entry point of an installed package, in the group "
-                  f'"{BLOCKS}"; in Python give an object of it to Node')
+                  "a class becomes a kind by @fesloop.block above it, or by an entry point of an installed "
+                  f'package, in the group "{BLOCKS}"')
         raise InputError("kind", f"there is no block kind {kind!r}", ", ".join(kinds()), remedy)
     try:
         cls = cast("type[Any]", entry.load())
@@ -104,16 +150,22 @@ def find(kind: str) -> type[Any]:
             raise KeyboardInterrupt from fault  # a module in C says "initialization failed" instead
         raise InputError("kind", f"block kind {kind!r} ({entry.value}) does not import: {fault}",
                          remedy="reinstall the package that provides it") from fault
-    if wrong := list(contract_faults(cls)):
-        raise InputError("kind", f"block kind {kind!r} ({entry.value}): {'; '.join(wrong)}",
-                         "the members of fesloop.loop.block, and of fesloop.loop.abilities under their names",
-                         "mend or rename the member")
+    require_contract(kind, cls, entry.value)
     return cls
 
 
 def kind_of(block: type[Any]) -> str:
-    """Kind under which a class is registered; "module:Class" if there is none."""
+    """Kind under which a class is registered; "module:Class" if there is none.
+
+    Raises InputError for a former definition of a class that has been registered again since.
+    """
     value = f"{block.__module__}:{block.__qualname__}"
+    for kind, own in _own.items():
+        if own.cls is block:
+            return kind
+        if f"{own.cls.__module__}:{own.cls.__qualname__}" == value:
+            raise InputError(block.__name__, "has been defined again since this object of it was made",
+                             "an object of the present class", "make the object, and the experiment, again")
     return next((name for name, entry in _entries().items() if entry.value == value), value)
 
 
@@ -123,7 +175,7 @@ def summary(kind: str) -> str:
     It is read from the source, because importing every block takes seconds; a class without a docstring
     there is imported.
     """
-    entry = _entries().get(kind)
+    entry = None if kind in _own else _entries().get(kind)
     source = _source(entry.module) if entry is not None else None
     if entry is not None and source is not None:
         head = rf'^class {re.escape(entry.attr)}\b[^"\']*?:\n\s+r?"""(.*?)(?:"""|$)'

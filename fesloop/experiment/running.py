@@ -287,6 +287,18 @@ class Result:
         more = {"realtime": self.realtime, "cause": self.cause}
         return facts | {name: value for name, value in more.items() if value}
 
+    def __str__(self) -> str:
+        from fesloop.experiment.shown import result_tables
+        from fesloop.tables import as_text
+
+        return as_text(result_tables(self))
+
+    def _repr_html_(self) -> str:
+        from fesloop.experiment.shown import result_tables
+        from fesloop.tables import as_html
+
+        return as_html(result_tables(self))
+
 
 @one_blas_thread()
 def run(experiment: ExperimentSpecification, out: Path, *, realtime: bool | Pacing = False,
@@ -398,7 +410,7 @@ def _scored(recording: Recording, status: str) -> dict[str, Any]:
         return {}
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Experiment(ExperimentSpecification):
     """An experiment, specified as `ExperimentSpecification` says, and its run."""
 

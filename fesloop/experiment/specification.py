@@ -7,9 +7,9 @@ import hashlib
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, StampClock, duratio
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import TRANSPORT, Wire
 from fesloop.loop.wiring import Wiring
+
+if TYPE_CHECKING:
+    from fesloop.loop.latency import LatencyReport
 
 _REFERENCES = ("reference", "reference_preview")
 _MEASURED = "measured"
@@ -103,7 +106,7 @@ MOST_TICKS = 10**10
 """Most ticks of a run (chosen: some six hours at 2 us each, the least that a tick takes)."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ExperimentSpecification:
     """Nodes and wires, run for some trials of some duration. Checked as a whole when made.
 
@@ -228,11 +231,11 @@ class ExperimentSpecification:
                  "duration_s": None if self.duration_s is None else float(self.duration_s),
                  "trials": self.trials, "seed": self.seed, "notes": list(self.notes) or None}
         return {"experiment": {key: value for key, value in about.items() if value is not None},
-                **self._tables}
+                **self._tables, **({"code": code} if (code := self._code()) else {})}
 
     @cached_property
     def _tables(self) -> dict[str, Any]:
-        """The document without the table [experiment], cached because parameters do not change."""
+        """The document without the tables [experiment] and [code]: parameters do not change."""
         return {
             **({"patient": plain(self.patient)} if self.patient is not None else {}),
             "record": plain(self.record),
@@ -242,6 +245,19 @@ class ExperimentSpecification:
             "score": plain(self.score),
         }
 
+    def _code(self) -> dict[str, str]:
+        """Present sources of classes that no installed package registers, by kind."""
+        found = {}
+        for part in dict.fromkeys(type(node.part) for node in self.nodes):
+            kind = registry.kind_of(part)
+            if source := registry.source(kind):
+                found[kind] = source
+            elif ":" in kind:
+                from fesloop.experiment.own_blocks import kept_source  # installed kinds do without
+
+                found[kind] = kept_source(part)
+        return found
+
     def _block_table(self, node: Node) -> dict[str, Any]:
         place: dict[str, Any] = {}
         if not node.is_plant:
@@ -250,7 +266,7 @@ class ExperimentSpecification:
             place["clock"] = _owner(self.nodes, node)
         elif node.rate is not None:
             place["rate"] = plain(node.rate)
-        return {"kind": registry.kind_of(type(node.part)), **place, **plain(node.part)}
+        return {"kind": registry.kind_of(type(node.part)), **place, **_parameters(node)}
 
     def fingerprint(self) -> str:
         """SHA-256 of the document as JSON text with all keys sorted, as hexadecimal text."""
@@ -266,11 +282,50 @@ class ExperimentSpecification:
         document["blocks"] = {node.name: document["blocks"][node.name] for node in self.nodes}
         return json.dumps(document, separators=(",", ":"))
 
+    def latency_report(self) -> LatencyReport:
+        """Latency of every path from a plant's output through blocks to a plant's input, over a trial."""
+        from fesloop.loop.latency import LatencyReport
+
+        return LatencyReport(self.wiring, horizon_ns=self.duration_ns)
+
+    def __repr__(self) -> str:
+        return (f"{type(self).__name__}({self.name!r}: {len(self.nodes)} nodes, {len(self.wires)} wires, "
+                f"{self.trials} x {self.duration_ns / NS_PER_S:g} s, seed {self.seed})")
+
+    def __str__(self) -> str:
+        from fesloop.experiment.shown import experiment_tables
+        from fesloop.tables import as_text
+
+        return as_text(experiment_tables(self))
+
+    def _repr_html_(self) -> str:
+        from fesloop.experiment.shown import experiment_tables
+        from fesloop.tables import as_html
+
+        return as_html(experiment_tables(self))
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, ExperimentSpecification) and self.as_json() == other.as_json()
 
     def __hash__(self) -> int:
         return hash(self.as_json())
+
+
+def _parameters(node: Node) -> dict[str, Any]:
+    """Plain parameters of a node's part. Raises InputError for those that a document cannot hold."""
+    part: object = node.part
+    if not is_dataclass(part):
+        raise InputError(f"blocks.{node.name}", f"{type(part).__name__} is no dataclass",
+                         "parameters as fields of a frozen dataclass", "see docs/howto/add_a_block.md")
+    parameters = plain(part)
+    for key, value in parameters.items():
+        try:
+            json.dumps(value)
+        except (TypeError, ValueError):
+            raise InputError(f"blocks.{node.name}.{key}", f"a {type(value).__name__} cannot be recorded",
+                             "numbers, text, arrays, and tuples or dataclasses of them",
+                             "make it a method of the class, or a number that chooses it") from None
+    return dict(parameters)
 
 
 def _as_integer(number: Any) -> Any:

@@ -17,15 +17,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from operator import mul
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fesloop.loop.abilities import Delays, Passage, offers
 from fesloop.loop.block import Context
-from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock
+from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock
 from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
+
+if TYPE_CHECKING:
+    from fesloop.tables import Table
 
 LOST_AFTER_NS = 60 * NS_PER_S
 """A sample that has not acted within a minute counts as lost."""
@@ -699,6 +702,43 @@ class LatencyReport:
         drawn = trials > 1 and any(path.drawn for path in self.paths)
         return f"{covers} What is random is as in the first of {trials} trials." if drawn else covers
 
+    def budgets(self) -> list[tuple[str, list[tuple[str, ...]]]]:
+        """Title and rows (stage; least, mean, greatest ms) of each path; paths of equal time are merged."""
+        onward: dict[tuple[Any, ...], list[str]] = {}
+        for path in self.paths:
+            source, *through, target = path.name.split(" -> ")
+            targets = onward.setdefault((source, *through, path.later, tuple(_stage_rows(path))), [])
+            targets += [] if target in targets else [target]
+        budgets: dict[tuple[Any, ...], list[str]] = {}
+        for (source, *way), targets in onward.items():
+            budgets.setdefault((*way, tuple(targets)), []).append(source)
+        return [(" -> ".join([", ".join(sources), *through, ", ".join(targets)])
+                 + (f"; {later}" if later else ""), list(rows))
+                for (*through, later, rows, targets), sources in budgets.items()]
+
+    def _tables(self) -> list[Table]:
+        from fesloop.tables import Table
+
+        budgets = self.budgets()
+        slowest = max(budgets, key=lambda each: max((float(row[2]) for row in each[1]), default=0.0),
+                      default=None)
+        return [Table(f"Latency, {len(self.paths)} path{'s' * (len(self.paths) != 1)}. {self.coverage()}"),
+                *(Table(each[0], ("stage, ms", "min", "mean", "max"), each[1], folded=each is not slowest)
+                  for each in budgets)]
+
+    def __repr__(self) -> str:
+        return f"LatencyReport({len(self.paths)} paths)"
+
+    def __str__(self) -> str:
+        from fesloop.tables import as_text
+
+        return as_text(self._tables())
+
+    def _repr_html_(self) -> str:
+        from fesloop.tables import as_html
+
+        return as_html(self._tables())
+
     def path(self, source: str, target: str) -> PathLatency:
         """The only path from a plant output ("node.port") to a plant input; KeyError if none or several."""
         found = [p for p in self.paths
@@ -707,6 +747,14 @@ class LatencyReport:
             raise KeyError(f"{len(found)} paths from {source} to {target}: "
                            f"{', '.join(p.name for p in found or self.paths)}")
         return found[0]
+
+
+def _stage_rows(path: PathLatency) -> list[tuple[str, ...]]:
+    """Rows of the stages that take time, of the total, and of each lane's total where there are several."""
+    stages = [stage for stage in path.summary() if stage.most_ns or stage.name == "total"]
+    stages += [replace(lane, name=f"total, {lane.name}") for lane in path.by_lane()]
+    return [(stage.name, *(f"{ns / NS_PER_MS:.3f}" for ns in (stage.least_ns, stage.mean_ns, stage.most_ns)))
+            for stage in stages]
 
 
 def _paths(connections: Sequence[Connection]) -> Iterator[tuple[Connection, ...]]:

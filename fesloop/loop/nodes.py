@@ -38,6 +38,10 @@ class Node:
         where = self.name if isinstance(self.name, str) else repr(self.name)
         if not (where == self.name and where.isascii() and where.replace("_", "a").isalnum()):
             raise InputError(f"node {where}", "is not a name", "letters, digits and underscores")
+        if isinstance(self.part, type) or not all(hasattr(type(self.part), each) or hasattr(self.part, each)
+                                                  for each in ("inputs", "outputs", "init")):
+            raise InputError(f"{where}.part", f"{self.part!r} is {_not_a_part(self.part)}",
+                             "an object of a block's or plant's class (fesloop.loop.block)")
         own_clock = self.part.clock if offers(self.part, HasClock) else None
         if self.is_plant:
             if self.rate is not None or self.offset_ms or self.execution.kind != "zero":
@@ -92,6 +96,10 @@ class Node:
         """Place of the part in a run, for its state."""
         clock = self.plant.grid if self.is_plant else self.clock
         return Context(self.name, seed, trial, clock)
+
+
+def _not_a_part(value: object) -> str:
+    return f"a class: give an object of it, {value.__name__}(...)" if isinstance(value, type) else "no block"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -40,7 +40,7 @@ def test_an_interrupt_while_importing_is_an_interrupt(broken):
 
 @pytest.mark.parametrize("kind", ["__main__:Policy", "my.package:Block"])
 def test_a_class_that_is_no_kind_is_told_how_to_become_one(kind):
-    with pytest.raises(InputError, match=r"entry point .*fesloop\.blocks.*Node"):
+    with pytest.raises(InputError, match=r"@fesloop\.block .*entry point .*fesloop\.blocks"):
         registry.find(kind)
 
 

@@ -80,7 +80,8 @@ class Timed(NamedTuple):
 
 def bare(tables: Mapping[str, Any]) -> Timed:
     """Run the runs of a study one after the other here: loaded before, recorded, scored, deleted."""
-    study, resolver = study_of(tables), Resolver()
+    study = study_of(tables)
+    resolver = Resolver(study)
     seeds = range(study.about.seed, study.about.seed + study.about.replicates)
     cells = [resolver.experiment(cell.experiment, cell.settings, seeds[0]) for cell in cells_of(study)]
     every = [cell.with_seed(seed) for cell in cells for seed in seeds]

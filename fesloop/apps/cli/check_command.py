@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from dataclasses import replace
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fesloop.apps.cli.output import print_json, print_table, progress_bar
-from fesloop.experiment import registry
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.running import Experiment, without_stand_in
+from fesloop.experiment.shown import exact_ms, wiring_tables
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
-from fesloop.loop.nodes import Node
+from fesloop.loop.latency import MEANING, LatencyReport, StageSummary
 from fesloop.loop.realtime import is_live
-from fesloop.loop.wire import Wire
 
 if TYPE_CHECKING:
     from fesloop.analysis.theory.first_answer import FirstAnswer
@@ -32,19 +29,21 @@ def execute(args: Namespace) -> int:
 
     with progress_bar(f"check {args.experiment}"):
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
-        report = LatencyReport(experiment.wiring, horizon_ns=experiment.duration_ns)
+        report = experiment.latency_report()
         theory = first_answer(experiment)
     aliases = picked.document.get("aliases", {})
     if args.json:
         print_json(_table(experiment, report) | {
             "theory": theory.as_table(), "aliases": aliases, "variants": picked.variants})
         return 0
-    _print_wiring(experiment)
+    for number, table in enumerate(wiring_tables(experiment, _patient(experiment))):
+        print("\n" * bool(number), end="")
+        print_table(table.title, table.columns, table.rows, sys.stdout)
     cautions = _cautions(experiment)
     if cautions:
         print()
         print_table("Cautions", ("node", "status", "detail"), cautions, sys.stdout)
-    budgets = _budgets(report)
+    budgets = report.budgets()
     print()
     if not budgets:
         print("No latency budget: no path leads from a plant's output through blocks to a plant's input.")
@@ -69,7 +68,7 @@ def _print_theory(theory: FirstAnswer) -> None:
     """Print exact results of the linear theory, and the reason for each that is missing."""
     cost = theory.cost
     stable = cost is not None and cost.stable
-    rows = [(f"critical latency of {wire}", critical_text(critical, now, stable), f"{_exact_ms(now)} now")
+    rows = [(f"critical latency of {wire}", critical_text(critical, now, stable), f"{exact_ms(now)} now")
             for wire, (now, critical) in theory.critical_ms.items()]
     if cost is not None and not cost.stable:
         rows.append(("at rest", "never", f"squares grow {cost.growth_per_s:.3g}-fold a second"))
@@ -93,15 +92,10 @@ def critical_text(latency_ms: float | None, now_ms: float, stable: bool) -> str:
     """Describe the least latency at which the loop is unstable, and whether the present one is stable."""
     if latency_ms is None:
         return "none up to 500 ms"
-    critical = _exact_ms(latency_ms)
+    critical = exact_ms(latency_ms)
     if stable and latency_ms <= now_ms:
         return f"{critical}, but stable now"
     return critical if latency_ms else f"{critical}: unstable at 0, too"
-
-
-def _exact_ms(latency_ms: float) -> str:
-    """Format to the nanosecond: 110.000001 ms may miss a tick that 110 ms reaches."""
-    return f"{latency_ms:.6f}".rstrip("0").rstrip(".") + " ms"
 
 
 def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
@@ -120,26 +114,16 @@ def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
     return found
 
 
-def _budgets(report: LatencyReport) -> list[tuple[str, list[tuple[str, ...]]]]:
-    """Title and rows of each path through the loop; paths that take the same time are merged."""
-    onward: dict[tuple[Any, ...], list[str]] = {}
-    for path in report.paths:
-        source, *through, target = path.name.split(" -> ")
-        targets = onward.setdefault((source, *through, path.later, tuple(_stage_rows(path))), [])
-        targets += [] if target in targets else [target]
-    budgets: dict[tuple[Any, ...], list[str]] = {}
-    for (source, *way), targets in onward.items():
-        budgets.setdefault((*way, tuple(targets)), []).append(source)
-    return [(" -> ".join([", ".join(sources), *through, ", ".join(targets)])
-             + (f"; {later}" if later else ""), list(rows))
-            for (*through, later, rows, targets), sources in budgets.items()]
+def _patient(experiment: Experiment) -> str:
+    """The patient in words; empty where there is none."""
+    return describe(experiment.patient) if experiment.patient is not None else ""
 
 
 def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
     return {
         "experiment": experiment.name,
         "seed": experiment.seed,
-        "patient": describe(experiment.patient) if experiment.patient is not None else None,
+        "patient": _patient(experiment) or None,
         "fingerprint": experiment.fingerprint(),
         "document": experiment.document(),
         "cautions": [{"node": node, "status": status, "detail": detail}
@@ -154,41 +138,3 @@ def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
 def _stage(stage: StageSummary) -> dict[str, Any]:
     return {"stage": stage.name, "min_ms": stage.least_ns / NS_PER_MS, "mean_ms": stage.mean_ns / NS_PER_MS,
             "max_ms": stage.most_ns / NS_PER_MS}
-
-
-def _print_wiring(experiment: Experiment) -> None:
-    who = f", patient {describe(experiment.patient)}" if experiment.patient is not None else ""
-    print_table(f"{experiment.name}: {experiment.trials} x {experiment.duration_ns / 1e9:g} s, "
-                f"seed {experiment.seed}{who}", ("node", "kind", "ticks", "takes"),
-                [_node_row(node) for node in experiment.wiring.nodes], sys.stdout)
-    print()
-    print_table("Wires", ("from", "to", "latency", "late messages"),
-                [_wire_row(wire) for wire in experiment.wires], sys.stdout)
-
-
-def _node_row(node: Node) -> tuple[str, str, str, str]:
-    if node.is_plant:
-        ticks = f"steps at {node.plant.grid}" if node.plant.grid else "continuous, exact"
-    else:
-        ticks = str(node.clock)
-    return node.name, registry.kind_of(type(node.part)), ticks, node.execution.kind
-
-
-def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
-    parts = [_exact_ms(wire.latency_ns / NS_PER_MS)]
-    if wire.jitter.random or wire.jitter.least_ns:
-        parts.append(f"{wire.jitter.kind} jitter")
-    if wire.loss:
-        in_bursts = f" in bursts of {wire.burst_messages:g}" if wire.burst_messages else ""
-        parts.append(f"{100 * wire.loss:g} % lost{in_bursts}")
-    if wire.link is not None:
-        parts.append(f"link {wire.link}")
-    return wire.source, wire.target, " + ".join(parts), wire.late
-
-
-def _stage_rows(path: PathLatency) -> list[tuple[str, ...]]:
-    """Rows of the stages that take time, of the total, and of each lane's total where there are several."""
-    stages = [stage for stage in path.summary() if stage.most_ns or stage.name == "total"]
-    stages += [replace(lane, name=f"total, {lane.name}") for lane in path.by_lane()]
-    return [(stage.name, *(f"{ns / NS_PER_MS:.3f}" for ns in (stage.least_ns, stage.mean_ns, stage.most_ns)))
-            for stage in stages]

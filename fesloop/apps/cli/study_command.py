@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 import signal
 import sys
@@ -15,10 +14,10 @@ from pathlib import Path
 
 from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.design.study_file import read_study
-from fesloop.analysis.study.engine.coordinator import Summary, run_study
+from fesloop.analysis.study.engine.coordinator import run_study
 from fesloop.analysis.study.engine.cost import Cost, cost
-from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.analysis.study.results.quantities import duration_text
+from fesloop.analysis.study.results.shown import results_table
 from fesloop.analysis.study.results.study_results import StudyResults, load
 from fesloop.apps.cli.output import print_json, print_next_commands, print_table
 from fesloop.errors import FesloopError, InputError
@@ -93,8 +92,6 @@ def _rate_text(rate: float) -> str:
 
 
 _SHOWN = 10
-_WITH_INTERVALS = 3
-"""Most metrics that a row has room for with their intervals."""
 
 
 def execute(args: Namespace) -> int:
@@ -125,7 +122,7 @@ def _run(study: Study, args: Namespace) -> int:
     finally:
         watch.finish()
     results = load(summary.store)
-    _show(summary, results)
+    _show(results)
     figures = _draw(results, study, summary.store.parent)
     for path in figures:
         print(path, file=sys.stderr)
@@ -185,25 +182,9 @@ def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
     return drawn
 
 
-def _show(summary: Summary, results: StudyResults) -> None:
+def _show(results: StudyResults) -> None:
     """Print a row for each cell, and failures by cause."""
-    rows = results.summary()
-    axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
-    intervals = len(results.metrics) <= _WITH_INTERVALS and any(
-        each.has_interval for row in rows for each in row.metrics.values())
-    cells = [[*(str(row.levels.get(axis, "all")) for axis in axes), f"{row.planned - row.waiting}",
-              f"{row.failed}", *(_format_estimate(estimate, intervals) for estimate in row.metrics.values())]
-             for row in rows]
-    statistics = " or ".join(dict.fromkeys(each.statistic for row in rows for each in row.metrics.values()))
-    statistics += " and 95 % interval over replicates" if intervals else ""
-    print_table(f"{summary.study}: {summary.done} of {summary.runs} runs done; {statistics}",
-                (*axes, "runs", "failed", *results.metrics), cells, sys.stderr)
-    for cause, count in list(summary.failed.items())[:_SHOWN]:
+    table = results_table(results)
+    print_table(table.title, table.columns, table.rows, sys.stderr)
+    for cause, count in list(results.failures().items())[:_SHOWN]:
         print(f"failed: {count} x {cause}", file=sys.stderr)
-
-
-def _format_estimate(estimate: Estimate, interval: bool) -> str:
-    if math.isnan(estimate.value):
-        return "-"
-    known = interval and estimate.has_interval
-    return f"{estimate.value:.3g}" + (f" ({estimate.low:.3g} to {estimate.high:.3g})" if known else "")

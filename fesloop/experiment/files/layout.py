@@ -123,6 +123,7 @@ def experiment_table(kinds: Kinds) -> Any:
         "aliases": NotRequired[Aliases],
         "variants": NotRequired[dict[str, dict[str, str | option]]],
         "guide": NotRequired[table(Guide, kinds)],
+        "code": NotRequired[dict[str, str]],
     })
 
 

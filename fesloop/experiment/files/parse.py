@@ -15,7 +15,7 @@ from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.layout import experiment_table
 from fesloop.experiment.files.patients import patient_of, with_models, with_patient
-from fesloop.experiment.files.settings import apply_settings
+from fesloop.experiment.files.settings import Settings, apply_settings, setting_texts
 from fesloop.experiment.files.source import read_experiment
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.record_spec import Record
@@ -150,15 +150,16 @@ def _durations_ns(recording: Recording, block: str, trial: int) -> list[int]:
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
 
-def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None = None) -> Experiment:
+def load(experiment: str | Path, settings: Settings = (), seed: int | None = None) -> Experiment:
     """Load a shipped experiment by its name, one from a file, or that of a recording to repeat it.
 
     Parameters
     ----------
     experiment: name of a shipped experiment, path of a TOML file, or path of a recording (.h5). Paths in a
         TOML file start from the folder of that file.
-    settings: "KEY=VALUE" each, changing what the file says: a variant of the file and which of its options it
-        is to be, an alias of the file, or a dotted key path. Paths in them start from the current folder.
+    settings: ["KEY=VALUE"] or {KEY: VALUE}, changing what the file says: a variant of the file and which of
+        its options it is to be, an alias of the file, or a dotted key path. Paths in them start from the
+        current folder.
     seed: takes the place of the file's.
 
     Raises
@@ -168,11 +169,10 @@ def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None 
     return load_picked(experiment, settings, seed)[0]
 
 
-def load_picked(experiment: str | Path, settings: Sequence[str] = (),
+def load_picked(experiment: str | Path, settings: Settings = (),
                 seed: int | None = None) -> tuple[Experiment, Picked]:
     """Load an experiment; also return its file with the options of variants applied."""
-    if isinstance(settings, str):
-        raise InputError("settings", f"{settings!r} is one text", f"a list, such as [{settings!r}]")
+    settings = setting_texts(settings)
     name, document = read(experiment)
     picked = pick(document, settings, name)
     every = [*picked.settings, *([f"experiment.seed={seed}"] if seed is not None else [])]
@@ -182,6 +182,9 @@ def load_picked(experiment: str | Path, settings: Sequence[str] = (),
 
 def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
     """Read an experiment: its name for messages, and its tables over those that it extends."""
+    if not isinstance(experiment, (str, Path)):
+        raise InputError("experiment", f"is of type {type(experiment).__name__}",
+                         "a name of a shipped experiment, a path, or, to run it, an Experiment")
     text = str(experiment)
     if text.endswith(".h5"):
         return text, document_of(Path(text))
@@ -199,6 +202,7 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
     except TomlError as fault:
         raise InputError(name, str(fault), "plain tables, as of a TOML file") from None
     try:
+        _require_code(tables)
         kinds = kinds_in(tables)
         return _experiment(_filled(_with_movements(tables, kinds), kinds), kinds)
     except InputError as fault:
@@ -228,6 +232,27 @@ def _with_movements(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
 
 def _movement_hint(kind: Any, kinds: Kinds) -> Any:
     return hints_of(kinds[kind]).get("movement") if isinstance(kind, str) and kind in kinds else None
+
+
+def _require_code(tables: Mapping[str, Any]) -> None:
+    """Raise InputError where a class that the tables have the source of is another one here, or missing."""
+    code = tables.get("code", {})
+    if not isinstance(code, Mapping):
+        return  # a fault of form
+    for name, table in tables["blocks"].items() if isinstance(tables.get("blocks"), Mapping) else ():
+        kind = table.get("kind") if isinstance(table, Mapping) else None
+        if not isinstance(kind, str) or kind not in code or registry.source(kind) == code[kind]:
+            continue
+        where = f"blocks.{name}.kind"
+        if ":" in kind:
+            raise InputError(where, f"{kind!r} is no kind, but a class that was given as an object",
+                             "a class that can be defined from its source",
+                             "put @fesloop.block above it, and make the experiment again")
+        what = ("is now another class than in this experiment" if registry.source(kind)
+                else "is not defined here")
+        raise InputError(where, f"{kind!r}, a class of a notebook or a script, {what}", "the class as it was",
+                         "make the experiment again with the present one, or run the source that a recording "
+                         "has of it, Recording(path).experiment['code']")
 
 
 def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:

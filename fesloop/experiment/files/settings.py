@@ -17,9 +17,26 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.overlay import key_parts
 from fesloop.experiment.files.source import placed_value
-from fesloop.forms.toml import DEEPEST, TomlError, TooLargeError, tables_of
+from fesloop.forms.toml import DEEPEST, TomlError, TooLargeError, tables_of, toml_value
 
 _TOP = ("experiment", "patient", "record", "blocks", "links", "wires", "score")
+
+
+Settings = Sequence[str] | Mapping[str, Any]
+
+
+def setting_texts(settings: Settings) -> Sequence[str]:
+    """Settings as "KEY=VALUE" each. Raises InputError for values that no setting has."""
+    if isinstance(settings, str):
+        raise InputError("settings", f"{settings!r} is one text", f"a list, such as [{settings!r}]")
+    if not isinstance(settings, Mapping):
+        return settings
+    try:
+        return [f"{key}={value if isinstance(value, (str, Path)) else toml_value(value)}"
+                for key, value in settings.items()]
+    except TypeError as fault:
+        raise InputError("settings", str(fault), "numbers, text, lists and tables of them",
+                         'give a block as a table, such as {"kind": "pid", "rate": "50"}') from None
 
 
 def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import h5py
 import numpy as np
@@ -272,6 +272,16 @@ class Signal:
         return array
 
 
+class Extent(NamedTuple):
+    """Unit of a signal, shape of its values, how many there are, and the first and last instant, ns."""
+
+    unit: str
+    shape: tuple[int, ...]
+    values: int
+    first_ns: int
+    last_ns: int
+
+
 @dataclass(frozen=True, slots=True)
 class Event:
     """An event of a node or a wire in a run."""
@@ -427,6 +437,26 @@ class Recording:
         self._file.close()
 
     @property
+    def closed(self) -> bool:
+        """Whether the file is closed, so that no signal can be read."""
+        return not self._file
+
+    def __repr__(self) -> str:
+        return f"Recording({str(self.path)!r}){' (closed)' if self.closed else ''}"
+
+    def __str__(self) -> str:
+        from fesloop.experiment.shown import recording_tables
+        from fesloop.tables import as_text
+
+        return as_text(recording_tables(self))
+
+    def _repr_html_(self) -> str:
+        from fesloop.experiment.shown import recording_tables
+        from fesloop.tables import as_html
+
+        return as_html(recording_tables(self))
+
+    @property
     def status(self) -> str:
         """Status: done, failed or interrupted; running also after a run that was killed."""
         return bytes(self._values("status")).decode(errors="replace")
@@ -515,6 +545,17 @@ class Recording:
         """
         rows, field = self._stream(name)
         return signal_of(name, field, rows, *self._span(rows, trial))
+
+    def extent(self, name: str, trial: int = 0) -> Extent:
+        """Unit, shape, number of values, and first and last instant of a signal, without reading its values.
+
+        Raises InputError as `signal` does.
+        """
+        rows, field = self._stream(name)
+        first, stop = self._span(rows, trial)
+        first_ns, last_ns = (int(rows.read("time_ns", row, row + 1)[0]) if stop > first else 0
+                             for row in (first, stop - 1))
+        return Extent(rows.units[field], rows.dtype[field].shape, stop - first, first_ns, last_ns)
 
     def column(self, name: str, trial: int = 0, after_ns: int = 0,
                until_ns: int = FOREVER) -> tuple[NDArray[np.int64], Column]:

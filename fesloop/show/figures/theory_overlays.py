@@ -53,7 +53,7 @@ class _Rows:
     """Cells of a study along the x of a figure; `theory` says at which levels others are taken."""
 
     def __init__(self, study: Study, figure: Figure) -> None:
-        self.figure, self._study, self._resolver = figure, study, Resolver(study.folder)
+        self.figure, self._study, self._resolver = figure, study, Resolver(study)
         self.metric = next(each for each in study.metrics if each.name == figure.metric)
         self._cells: list[Cell] = list(cells_of(study))
         first = self._cells[0].levels

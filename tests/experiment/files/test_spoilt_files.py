@@ -110,7 +110,8 @@ def test_a_spoilt_study(tmp_path, number):
     with contextlib.suppress(InputError):
         study = read_study(path, chance.choice(("", "", "full")))
         cell = next(cells_of(study))
-        Resolver().experiment(cell.experiment, (*cell.settings, *meanwhile(study)(cell)), study.about.seed)
+        settings = (*cell.settings, *meanwhile(study)(cell))
+        Resolver(study).experiment(cell.experiment, settings, study.about.seed)
 
 
 ODD_TYPES = ("3", "[1]", "{}", "{x = 1}", "2020-01-01", '""')

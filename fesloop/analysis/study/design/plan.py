@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from fesloop.analysis.study.design.cells import Cell, cells_of, covering
@@ -68,11 +67,14 @@ class PlannedCell:
 
 
 class Resolver:
-    """Resolves cells into experiments; each file is read once. Paths in settings start from `folder`."""
+    """Resolves cells of a study into experiments; each file is read once.
 
-    def __init__(self, folder: Path | None = None) -> None:
-        self._folder = folder
-        self._documents: dict[str, Mapping[str, Any]] = {}
+    Paths in settings start from the folder of the study.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self._folder = study.folder
+        self._documents: dict[str, Mapping[str, Any]] = dict(study.experiments)
 
     def experiment(self, name: str, settings: Sequence[str], seed: int) -> Experiment:
         """The experiment with settings and a seed, as `fesloop.load`. Raises InputError, InputErrors."""
@@ -92,7 +94,7 @@ def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | N
     of many faults, further ones are counted. With `checked`, all cells are sound but for what was prepared
     for them: a cell that its model makes invalid has failed runs with that cause.
     """
-    resolver, faults = Resolver(study.folder), dict[str, InputError]()
+    resolver, faults = Resolver(study), dict[str, InputError]()
     for cell in covering(study) if known else cells_of(study):
         try:
             experiment = resolver.experiment(cell.experiment, (*cell.settings, *prepared(cell)),

@@ -175,6 +175,7 @@ class Study:
     figures: drawn when the study ends.
     form, cost: form of the file, "" for the file itself, and its cost in words.
     folder: start of relative paths; None for a shipped study.
+    experiments: documents of experiments that were given as objects, by the names that stand for them.
     try_next: suggested next commands.
     document: all tables but [guide], in this form.
 
@@ -188,6 +189,7 @@ class Study:
     form: str = ""
     cost: str = ""
     folder: Path | None = None
+    experiments: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     try_next: tuple[str, ...] = ()
     document: Mapping[str, Any]
 

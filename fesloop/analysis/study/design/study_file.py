@@ -16,6 +16,7 @@ from fesloop.analysis.study.design.study import About, Preparation, Study, is_na
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.files.overlay import merged
 from fesloop.experiment.files.source import read_tables
+from fesloop.experiment.specification import ExperimentSpecification
 from fesloop.forms.faults import faults_of
 from fesloop.forms.schema import closed, keys_at, make, table
 from fesloop.forms.toml import TomlError, plain_tables
@@ -36,7 +37,12 @@ def read_study(study: str | Path, form: str = "") -> Study:
 
 
 def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = None) -> Study:
-    """The study of plain tables, in one of its forms; relative paths start from `folder`."""
+    """The study of plain tables, in one of its forms; relative paths start from `folder`.
+
+    `study.experiment`, and that of an axis's option, may be an Experiment instead of a name. Raises
+    InputError, InputErrors with every fault.
+    """
+    document, experiments = _named(document)
     try:
         settled, cost = _in_form(plain_tables(document), form)
     except TomlError as fault:
@@ -62,7 +68,27 @@ def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = 
     if faults:
         raise InputErrors(faults)
     return Study(about=about, axes=axes, prepare=prepare, figures=figures, form=form, cost=cost,
-                 folder=folder, document=settled, try_next=tuple(try_next))
+                 folder=folder, experiments=experiments, document=settled, try_next=tuple(try_next))
+
+
+_DEEPEST = len(("axes", "NAME", "options", "LEVEL", "experiment"))
+"""Tables around an experiment, which may hold themselves: `plain_tables` refuses that."""
+
+
+def _named(document: Any, depth: int = _DEEPEST) -> tuple[Any, dict[str, dict[str, Any]]]:
+    """Tables with the names of experiments in place of objects, and the documents of these by name."""
+    if isinstance(document, ExperimentSpecification):
+        return document.name, {document.name: document.document()}
+    if not isinstance(document, Mapping) or not depth:
+        return document, {}
+    tables, found = {}, dict[str, dict[str, Any]]()
+    for key, value in document.items():
+        tables[key], inner = _named(value, depth - 1)
+        for name, each in inner.items():
+            if found.setdefault(name, each) != each:
+                raise InputError("study.experiment", f"two experiments have the name {name!r}",
+                                 "experiments with names of their own", "give one another name")
+    return tables, found
 
 
 def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], str]:

@@ -34,6 +34,7 @@ from fesloop.analysis.study.engine.tasks import Done, Nobody, Task, Watch, compl
 from fesloop.analysis.study.engine.worker import ResultSpec, run_one
 from fesloop.analysis.study.store.writing import Store
 from fesloop.errors import InputError, InputErrors, RunError
+from fesloop.experiment.registry import sources
 
 _LOOK_S = 0.5
 
@@ -133,7 +134,7 @@ def _prepare(client: Any, study: Study, preparations: Preparations, store: Store
     """Prepare the models that are missing, as files in `folder`; the settings of each cell that name them."""
     missing = _missing(preparations, store, retry_failed)
     found = {id: entry for id, entry in store.prepared().items() if id not in missing}
-    tasks = (Task(id, prepare_one, (id, document, study.about.seed))
+    tasks = (Task(id, prepare_one, (id, document, study.about.seed, sources()))
              for id, (_, document) in missing.items())
     for number, each in enumerate(each_of(completed(client, tasks, lambda: lacks_workers(client, watch)))):
         watch.stage("prepare", number / len(missing))
@@ -189,12 +190,12 @@ def _require_sound(client: Any, study: Study, cells: Collection[Cell], watch: Wa
 def _task(study: Study, id: str, cell: Cell) -> list[Task]:
     """The task of an experiment without any axis; none where it is incomplete without its axes."""
     try:
-        experiment = Resolver(study.folder).experiment(
+        experiment = Resolver(study).experiment(
             cell.experiment, (*cell.settings, *meanwhile(study)(cell)), study.about.seed)
     except InputError:
         return []
     document = zlib.compress(experiment.as_json().encode())
-    spec = ResultSpec(study.metrics, "none", "")
+    spec = ResultSpec(study.metrics, "none", "", sources())
     return [Task(id, run_one, (experiment.fingerprint(), document, study.about.seed, spec))]
 
 

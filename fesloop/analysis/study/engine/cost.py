@@ -30,6 +30,7 @@ from fesloop.analysis.study.results.study_results import load
 from fesloop.analysis.study.store.file import FILE
 from fesloop.analysis.study.store.writing import decisive
 from fesloop.errors import RunError
+from fesloop.experiment.registry import sources
 from fesloop.given_files import exists, is_file
 
 _TRIED = 8
@@ -130,7 +131,7 @@ def _done(folder: Path, study: Study) -> set[str]:
 def _tried(client: Any, study: Study, sample: Sequence[PlannedCell], watch: Watch) -> list[Outcome]:
     """Outcomes of a run of each cell, after each worker has run the first cell to load compiled code."""
     with TemporaryDirectory(prefix="fesloop-") as folder:
-        spec = ResultSpec(study.metrics, "none", folder)
+        spec = ResultSpec(study.metrics, "none", folder, sources())
         first = [sample[0]] * len(client.nthreads())
         outcomes: list[Outcome] = []
         for several in (first, sample):

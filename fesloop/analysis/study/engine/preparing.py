@@ -16,7 +16,14 @@ from typing import NamedTuple
 from fesloop.analysis.study.design.cells import Cell, cells_of
 from fesloop.analysis.study.design.plan import NotPrepared, Resolver, Settings
 from fesloop.analysis.study.design.study import Preparation, Study
-from fesloop.analysis.study.engine.worker import NO_ROOM, experiment_of, failure, is_full, scratch_folder
+from fesloop.analysis.study.engine.worker import (
+    NO_CODE,
+    NO_ROOM,
+    experiment_of,
+    failure,
+    is_full,
+    scratch_folder,
+)
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError, where_it_broke
 from fesloop.experiment.registry import identifier
@@ -61,7 +68,7 @@ class Preparations:
         self._ids: dict[tuple[str, str, tuple[str, ...]], str] = {}
         self.needed: Needed = {}
         self.simulated_s = 0.0
-        resolver = Resolver(study.folder)
+        resolver = Resolver(study)
         for cell in cells_of(study) if study.prepare else ():
             for key, preparation in study.prepare.items():
                 self._need(resolver, key, preparation, cell)
@@ -110,11 +117,14 @@ def _settings(preparation: Preparation, cell: Cell) -> tuple[str, ...]:
 
 
 @one_blas_thread()
-def prepare_one(id: str, document: bytes, seed: int) -> Prepared:
-    """Run an excitation experiment and identify the excited patient, on a worker."""
+def prepare_one(id: str, document: bytes, seed: int, code: Mapping[str, str] = NO_CODE) -> Prepared:
+    """Run an excitation experiment and identify the excited patient, on a worker.
+
+    `code`: sources of classes that no package registers.
+    """
     with TemporaryDirectory(prefix="fesloop-", dir=scratch_folder()) as folder:
         try:
-            status, cause, content = "done", "", _model(experiment_of(document, seed), Path(folder))
+            status, cause, content = "done", "", _model(experiment_of(document, seed, code), Path(folder))
         except FesloopError as fault:
             status, cause, content = "failed", " ".join(str(fault).split()), ""
         except Exception as fault:  # noqa: BLE001 - as in fesloop.analysis.study.engine.worker

@@ -16,6 +16,7 @@ from fesloop.analysis.study.engine.worker import NO_ROOM, Outcome, ResultSpec, r
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.analysis.study.store.writing import PendingRun, Store, StoredResult
 from fesloop.errors import RunError
+from fesloop.experiment.registry import sources
 
 DIED = "the worker process died each time it was tried (out of memory, or a crash in compiled code)"
 
@@ -94,7 +95,7 @@ def died(each: Done) -> bool:
 def tasks_of(study: Study, store: Store, pending: Iterable[PendingRun]) -> Iterator[Task]:
     """Tasks of pending runs, cell by cell."""
     spec = ResultSpec(study.metrics, study.about.recordings,
-                      str((store.path.parent / "recordings").absolute()))
+                      str((store.path.parent / "recordings").absolute()), sources())
     for number, runs in groupby(pending, attrgetter("cell")):
         document = store.document(number)
         for each in runs:

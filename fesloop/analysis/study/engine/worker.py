@@ -12,7 +12,7 @@ import os
 import shutil
 import socket
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping
 from functools import cache, lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -33,12 +33,19 @@ _ROOM_BYTES = 2**25
 _LONGEST_CAUSE = 400
 
 
+NO_CODE: Mapping[str, str] = {}
+
+
 class ResultSpec(NamedTuple):
-    """The kept part of a run: metrics, which recordings (none, failed, all), and the folder of these."""
+    """The kept part of a run: metrics, which recordings (none, failed, all), and the folder of these.
+
+    `code` has the sources of classes that no package registers, by kind.
+    """
 
     metrics: tuple[KeptMetric, ...]
     recordings: str
     folder: str
+    code: Mapping[str, str] = NO_CODE
 
 
 class Outcome(NamedTuple):
@@ -63,7 +70,7 @@ def run_one(id: str, document: bytes, seed: int, spec: ResultSpec) -> Outcome:
     """Run the experiment of a deflated document once, with a seed. The outcome names what failed."""
     began = perf_counter()
     with TemporaryDirectory(prefix="fesloop-", dir=scratch_folder()) as folder:
-        status, cause, metrics = _ending(document, seed, Path(folder), spec.metrics)
+        status, cause, metrics = _ending(document, seed, Path(folder), spec)
         recorded = next(Path(folder).glob("*.h5"), None)
         size, recording = recorded.stat().st_size if recorded else 0, ""
         try:
@@ -77,14 +84,15 @@ def run_one(id: str, document: bytes, seed: int, spec: ResultSpec) -> Outcome:
                    f"{socket.gethostname()} {os.getpid()}", recording, size, version_text())
 
 
-def _ending(document: bytes, seed: int, folder: Path, metrics: Sequence[KeptMetric]
+def _ending(document: bytes, seed: int, folder: Path, spec: ResultSpec
             ) -> tuple[str, str, dict[str, float | None]]:
     """Status, cause and metrics of a run that records into a folder."""
     try:
-        result = run(experiment_of(document, seed), folder, rehearsals=_rehearsals())
+        result = run(experiment_of(document, seed, spec.code), folder, rehearsals=_rehearsals())
         if result.status == "interrupted":
             raise KeyboardInterrupt
-        numbers = {each.name: each.of(result.metrics) for each in metrics} if result.status == "done" else {}
+        numbers = ({each.name: each.of(result.metrics) for each in spec.metrics}
+                   if result.status == "done" else {})
     except FesloopError as fault:
         return "failed", str(fault), {}
     except Exception as fault:  # noqa: BLE001 - a run that breaks is a row of the study, whatever breaks it
@@ -103,14 +111,23 @@ def is_full(folder: str) -> bool:
     return shutil.disk_usage(folder).free < _ROOM_BYTES
 
 
-def experiment_of(document: bytes, seed: int) -> Experiment:
-    """The experiment of a deflated document with a seed; it is parsed once for all replicates of a cell."""
-    return _parsed(document).with_seed(seed)
+def experiment_of(document: bytes, seed: int, code: Mapping[str, str] = NO_CODE) -> Experiment:
+    """The experiment of a deflated document with a seed; it is parsed once for all replicates of a cell.
+
+    Classes that no package registers are defined from the coordinator's sources of them, `code`. Those in the
+    document, which may come from a file, are only compared with these.
+    """
+    return _parsed(document, tuple(code.items())).with_seed(seed)
 
 
 @lru_cache(maxsize=1)
-def _parsed(document: bytes) -> Experiment:
-    return from_document(json.loads(zlib.decompress(document)))
+def _parsed(document: bytes, code: tuple[tuple[str, str], ...]) -> Experiment:
+    tables = json.loads(zlib.decompress(document))
+    if needed := {kind: source for kind, source in code if kind in tables.get("code", {})}:
+        from fesloop.experiment.own_blocks import define  # runs of installed kinds do without
+
+        define(needed)
+    return from_document(tables)
 
 
 @cache

@@ -29,6 +29,7 @@ from fesloop.analysis.study.results.runs import (
 )
 from fesloop.analysis.study.store.reading import read_store, store_path
 from fesloop.errors import InputError
+from fesloop.tables import Table, as_html, as_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +70,7 @@ def load(path: str | Path, *, check: bool = True) -> StudyResults:
     return StudyResults(store, rows.about, study, axes, metrics, runs)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StudyResults:
     """Results of a study at the instant when its store was read; made by `load`.
 
@@ -218,6 +219,20 @@ class StudyResults:
         """Number of distinct runs that failed, by cause, the most frequent first."""
         failed = self.runs[self.runs["status"] == FAILED].drop_duplicates("id")
         return {str(cause): int(count) for cause, count in failed["cause"].value_counts().items()}
+
+    def _tables(self) -> list[Table]:
+        from fesloop.analysis.study.results.shown import failures_table, results_table
+
+        return [results_table(self), *([failures_table(self)] if self.failures() else [])]
+
+    def __repr__(self) -> str:
+        return f"StudyResults({self.name!r}: {self.finished} of {self.planned} runs, {str(self.path)!r})"
+
+    def __str__(self) -> str:
+        return as_text(self._tables())
+
+    def _repr_html_(self) -> str:
+        return as_html(self._tables())
 
     def digest(self) -> str:
         """SHA-256 of every planned run and its outcome, without wall-clock times.

@@ -360,6 +360,9 @@ def _difference(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     of_patient = [path for path in paths if path[0] == "patient"]
     if of_patient and all(path[1:2] == ("drawn",) for path in of_patient):
         return f"; what has changed is the patient file {now['patient'].get('file')!r}"
+    changed = [path[1] for path in paths if path[0] == "code" and len(path) == 2]
+    if changed:
+        return f"; what has changed is the class of the kind {changed[0]!r}"
     path = next(iter(of_patient or paths), ())
     return f"; the first key that has changed is {key_text(path)}" if path else ""
 
