@@ -24,8 +24,10 @@ import sys
 import textwrap
 import types
 from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar, overload
 
 import numpy as np
@@ -95,16 +97,23 @@ def define(code: Mapping[str, str]) -> None:
 
 
 @lru_cache
+@cache
+def _folder() -> TemporaryDirectory[str]:
+    """Folder of the sources that this process has defined classes from; it goes with the process."""
+    return TemporaryDirectory(prefix="fesloop-")
+
+
 def _defined(kind: str, source: str) -> type[Any]:
     """The class that a source ends with, in a module of its own."""
     global _defining
     name = f"fesloop_own_{kind}_{sha256(source.encode()).hexdigest()[:8]}"
     module = sys.modules[name] = types.ModuleType(name)
-    file = f"<ipython-{name}>"  # numba caches what it compiles of cells, which it knows by this beginning
-    linecache.cache[file] = len(source), None, source.splitlines(keepends=True), file
+    file = Path(_folder().name) / f"{name}.py"  # numba caches what it compiles of files alone
+    file.write_text(source, encoding="utf-8")
+    module.__file__ = str(file)
     _defining = True
     try:
-        exec(compile(source, file, "exec", dont_inherit=True), vars(module))
+        exec(compile(source, str(file), "exec", dont_inherit=True), vars(module))
     finally:
         _defining = False
     (*_, last) = (node for node in ast.parse(source).body if isinstance(node, ast.ClassDef))
