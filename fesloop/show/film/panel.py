@@ -157,7 +157,7 @@ class Panel:
         if note:
             self._text(place.left, place.top / unit + 20, note, size=12, color="0.4")
         top, foot = place.top + (48 if note else 34) * unit, 40 * unit
-        each = (place.top + place.height - foot - top) / len(self._channels)
+        each = min((place.top + place.height - foot - top) / len(self._channels), 120 * unit)
         most = max(float(np.nanmax(channel.charge_uc, initial=0.0)) for channel in self._channels) or 1.0
         margin = 34 * unit
         for number, channel in enumerate(self._channels):
