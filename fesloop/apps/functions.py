@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from fesloop.models.patient_model import PatientModel
 
 
-
 def run(
     experiment: str | Path | Experiment, settings: Settings = (), *, seed: int | None = None,
     out: str | Path = "runs",

@@ -96,13 +96,13 @@ def define(code: Mapping[str, str]) -> None:
             registry.register(kind, _defined(kind, source), partial(str, source))
 
 
-@lru_cache
 @cache
 def _folder() -> TemporaryDirectory[str]:
     """Folder of the sources that this process has defined classes from; it goes with the process."""
     return TemporaryDirectory(prefix="fesloop-")
 
 
+@lru_cache
 def _defined(kind: str, source: str) -> type[Any]:
     """The class that a source ends with, in a module of its own."""
     global _defining

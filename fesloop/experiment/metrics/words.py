@@ -92,7 +92,7 @@ def definitions_of(name: str, others: Iterable[str] = ()) -> list[Definition]:
 
 
 def definition_text(name: str) -> str:
-    """What a metric of a run is, in one text with its parts; "" for one that is not defined."""
+    """Definition of a metric of a run with its parts, as one text; "" for one that is not defined."""
     found = next((each for group in groups() for each in group.definitions if each.name == name), None)
     if found is None:
         return ""

@@ -1,4 +1,4 @@
-"""What surrounds the hand in a picture of a film: title, time, and stimulation over time."""
+"""Title, time, legend and stimulation over time, beside the hand of a film's frame."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ Instants = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readout:
-    """What can be read at each instant of a recording.
+    """Joint angles and stimulation of a recording that a view shows as numbers at each instant.
 
     Attributes
     ----------
