@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 from estimators.body.joint_constraints import Joint, joint_table
+from estimators.constrained.agreement import COLUMNS, TURNED, forget_contradicted
 from estimators.constrained.filter import SOUND, _spread, _turn, advance
 from estimators.constrained.measurements import (
     BIAS,
@@ -169,3 +170,21 @@ def test_the_covariance_of_what_is_not_measured_is_that_of_noise_drawn():
         squares = error[:, part, None] * np.linalg.solve(covariance[:, part, part], error[:, part, None])
         low, high = chi2.interval(0.9999, freedoms)
         assert low < squares.sum() < high
+
+
+def test_a_joint_that_becomes_unknown_is_told_in_the_same_tick():
+    """It begins anew at once, and is never reported as untracked."""
+    table = joint_table((Joint(parent=0, child=1, kind="ball"),), 2)
+    rest, doubt = np.zeros((1, COLUMNS)), np.zeros(1)
+    q = np.array([[[1.0, 0.0, 0.0, 0.0]]])
+    assert not forget_contradicted(q, rest, doubt, table.kinds)
+    rest[0, TURNED] = 10.0
+    assert forget_contradicted(q, rest, doubt, table.kinds)
+    assert np.isnan(q).all()
+    still, seen = np.zeros((2, 2, 3)), np.full((2, 2), SOUND)
+    for silent_s, known in ((0.0, True), (1e3, False)):
+        begun = advance(
+            np.array([[[1.0, 0.0, 0.0, 0.0]]]), np.zeros((1, 1, COLUMNS)), np.zeros((1, 1, N, N)),
+            np.zeros((1, 1)), doubt, table.ends, table.kinds, table.axes, table.zero, table.ranges, still,
+            still, seen, np.zeros((2, 3)), np.zeros(2), np.full((2, 2), silent_s), SETTINGS, 1, False)
+        assert begun == known
