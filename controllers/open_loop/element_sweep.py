@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.models.electrode_arrays import ElectrodeArrays
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +70,16 @@ class ElementSweep:
     def duration_s(self) -> float:
         """Duration of the whole sweep."""
         return len(self.order) * (len(self.current_ma) * self.stair_s + self.rest_s)
+
+    @classmethod
+    def for_arrays(cls, arrays: ElectrodeArrays, own: Mapping[str, Any], wired: Collection[str]
+                   ) -> dict[str, int]:
+        """The number of elements."""
+        return {"count": arrays.elements}
+
+    def of_arrays(self) -> list[tuple[str, str]]:
+        """Duration of the sweep over the elements."""
+        return [("sweep", f"of {len(self.order)} elements takes {self.duration_s:g} s")]
 
     @property
     def inputs(self) -> tuple[Port, ...]:
