@@ -94,8 +94,9 @@ class ArrayLayout:
         grid of equal pitches.
         """
         if not self.positions:
-            return [(one, other) for one in range(self.elements) for other in (one + 1, one + self.columns)
-                    if other < self.elements and (other != one + 1 or other % self.columns)]
+            return [(one, one + step) for one in range(self.elements) for step, beside in
+                    ((1, (one + 1) % self.columns > 0), (self.columns, one + self.columns < self.elements))
+                    if beside]
         from scipy.spatial import KDTree  # which a run on grids does without
 
         girth = 2.0 * math.pi * radius_mm

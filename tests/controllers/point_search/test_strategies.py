@@ -19,10 +19,11 @@ from controllers.point_search.gaussian_process import GaussianProcess, expected_
 from controllers.point_search.optuna_search import OptunaSearch
 from controllers.point_search.prior_zones import ZONES, Zone, expectation
 from controllers.point_search.semi_automatic import SemiAutomatic
-from controllers.point_search.space import ArrayLayout, SearchSpace, joined
+from controllers.point_search.space import SearchSpace, joined
 from controllers.point_search.strategies import TwoPhase
 from fesloop.errors import InputError
 from fesloop.hand.movements import FREEDOMS
+from fesloop.models.electrode_arrays import ArrayLayout
 
 EXTRAS = {name: find_spec(package) is not None
           for name, package in (("gaussian_process", "sklearn"), ("optuna", "optuna"))}

@@ -18,9 +18,10 @@ from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Port, Sample
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
+from fesloop.models.electrode_arrays import VirtualElectrode
 from plants import stimulator as generations
 from plants.electrodes import Electrodes
-from plants.stimulator import PRESETS, Limits, Stimulator, VirtualElectrode, given_pulse
+from plants.stimulator import PRESETS, Limits, Stimulator, given_pulse
 
 ELEMENTS, CHARGE, CHARGE_RATE, ELEMENT_CHARGE, ELEMENT_CHARGE_RATE = range(5)
 
