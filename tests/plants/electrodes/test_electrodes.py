@@ -279,7 +279,7 @@ def test_pads_sit_in_rows_around_and_columns_along():
         [quarter - 10.0, 90.0, 7.0], [quarter - 10.0, 110.0, 7.0], [quarter, 90.0, 7.0],
         [quarter, 110.0, 7.0], [quarter + 10.0, 90.0, 7.0], [quarter + 10.0, 110.0, 7.0]])
     own = ElectrodeArray(positions=((90.0, 90.0), (-90.0, 110.0)), pad_mm=5.0)
-    np.testing.assert_allclose(own.places(40.0), [[quarter, 90.0, 5.0], [-quarter, 110.0, 5.0]])
+    np.testing.assert_allclose(own.pads(40.0), [[quarter, 90.0, 5.0], [-quarter, 110.0, 5.0]])
     assert (DORSAL.elements, VOLAR.elements, SHIPPED.elements) == (35, 24, 59)
 
 
