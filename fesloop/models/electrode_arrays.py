@@ -103,12 +103,13 @@ class ArrayLayout:
         places = self.places(radius_mm)
         places[:, 0] %= girth
         places[:, 1] -= places[:, 1].min()
-        tree = KDTree(places % (girth, np.inf), boxsize=(girth, 2.0 * places[:, 1].max() + girth))
+        around = np.array([girth, np.inf])
+        tree = KDTree(places % around, boxsize=np.array([girth, 2.0 * places[:, 1].max() + girth]))
         pairs = []
         for one, place in enumerate(places[:-1]):
             apart = places[one + 1:] - place
             apart[:, 0] -= girth * np.round(apart[:, 0] / girth)
-            third = tree.query((place + 0.5 * apart) % (girth, np.inf), k=3)[0][:, 2]
+            third = np.asarray(tree.query((place + 0.5 * apart) % around, k=3)[0])[:, 2]
             beside = np.flatnonzero(third > 0.5 * np.hypot(*apart.T) + _ROUNDING_MM)
             pairs += [(one, one + 1 + int(other)) for other in beside]
         return pairs

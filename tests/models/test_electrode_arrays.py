@@ -72,8 +72,8 @@ def test_distances_on_the_skin_are_the_shorter_way_round(one_deg, other_deg, alo
     one, other = np.hstack([places, [[0.0], [along]]])
     chord = 2.0 * RADIUS_MM * abs(math.sin(math.radians(one_deg - other_deg) / 2.0))
     arc = 2.0 * RADIUS_MM * math.asin(min(1.0, chord / (2.0 * RADIUS_MM)))
-    np.testing.assert_allclose(distances_mm(one[np.newaxis], other[np.newaxis], RADIUS_MM), math.hypot(arc, along),
-                               atol=1e-5)
+    found = distances_mm(one[np.newaxis], other[np.newaxis], RADIUS_MM)
+    np.testing.assert_allclose(found, math.hypot(arc, along), atol=1e-5)
 
 
 @given(st.lists(st.sampled_from(range(59)), min_size=1, max_size=8, unique=True))

@@ -84,7 +84,7 @@ def _arrays(choice: Any) -> tuple[str, ElectrodeArrays]:
     stated = choice.get("array") if isinstance(choice, dict) and set(choice) == {"array"} else None
     if not isinstance(stated, (str, dict)):
         raise InputError("electrodes", f"{choice!r}", 'array = "FILE.toml", or a table [electrodes.array]')
-    where, tables = "electrodes.array", stated
+    where, tables = "electrodes.array", stated if isinstance(stated, dict) else {}
     if isinstance(stated, str):
         where = stated
         content = read_whole(Path(stated), _A_FILE)

@@ -45,7 +45,8 @@ def fault(experiment, *settings):
     return str(raised.value)
 
 
-@pytest.mark.parametrize("experiment", ["array_search_gp", "array_search_two_phase", "array_search_exhaustive"])
+@pytest.mark.parametrize("experiment", ["array_search_gp", "array_search_two_phase",
+                                        "array_search_exhaustive"])
 def test_one_key_gives_a_search_its_arrays(own, experiment):
     made = blocks(experiment, f"electrodes.array={own}")
     assert made["stimulator"]["elements"] == 70
@@ -102,16 +103,16 @@ def test_grids_and_positions_fit_together(rows, columns, spots):
 
 
 @pytest.mark.parametrize(("text", "told"), [
-    (OWN.replace("rows = 5", "rows = 0", 1), "own.toml: arrays[0]: array: 0 rows, 8 columns and 0 positions"),
+    (OWN.replace("rows = 5", "rows = 0", 1), "own.toml: arrays[0]: array: 0 rows, 8 columns and 0 position"),
     (OWN.replace("pitch_mm = [14, 12]", "pitch_mm = 14"), "own.toml: arrays[0].pitch_mm: 14"),
     (OWN.replace("rows = 5", "row = 5", 1), "own.toml: arrays[0].row: "),
     (OWN.replace("pad_mm = 5", "pad_mm = 9"), "own.toml: arrays: elements 0 and 1 overlap: 12 mm apart"),
     (OWN.replace("rows = 5", "rows = 20", 1).replace("pad_mm = 5", "pad_mm = 1"),
      "own.toml: arrays"),
-    (OWN.replace("columns = 8", "columns = 25").replace("pad_mm = 5", "pad_mm = 3"), "mm from the elbow"),
+    (OWN.replace("columns = 8", "columns = 25").replace("pad_mm = 5", "pad_mm = 3"), "m from the elbow"),
     (OWN.replace('"nearest"', '"any"'), "own.toml: channels"),
     (OWN.replace('"nearest"', "[{elements = [70]}]"), "own.toml: channels[0].elements: element 70"),
-    (OWN.replace('channels = "nearest"', ""), "own.toml: channels: is missing: the experiment's channels have"),
+    (OWN.replace('channels = "nearest"', ""), "own.toml: channels: is missing: the experiment"),
     (OWN.replace("centre_deg = 175", "centre_deg = 175\ncentre_mm = 180"), 'own.toml: channels: "nearest": channel'),
     (OWN.replace('"nearest"', "[{elements = [1]}]"), "1"),
     ("arrays = []", "own.toml: arrays: none"),
