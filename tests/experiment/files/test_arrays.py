@@ -97,7 +97,8 @@ def test_grids_and_positions_fit_together(rows, columns, spots):
     count = rows * columns + len(positions)
     experiment = fesloop.load("array_search_gp", {"electrodes.array": {"arrays": arrays}})
     wired = {node.name: node.part for node in experiment.wiring.nodes}
-    assert wired["electrodes"].elements == wired["stimulator"].elements == wired["search"].space.count == count
+    found = wired["electrodes"].elements, wired["stimulator"].elements, wired["search"].space.count
+    assert found == (count,) * 3
     singles = [each for each in wired["search"].space.electrodes if len(each) == 1]
     assert len(singles) == count
 
@@ -113,7 +114,7 @@ def test_grids_and_positions_fit_together(rows, columns, spots):
     (OWN.replace('"nearest"', '"any"'), "own.toml: channels"),
     (OWN.replace('"nearest"', "[{elements = [70]}]"), "own.toml: channels[0].elements: element 70"),
     (OWN.replace('channels = "nearest"', ""), "own.toml: channels: is missing: the experiment"),
-    (OWN.replace("centre_deg = 175", "centre_deg = 175\ncentre_mm = 180"), 'own.toml: channels: "nearest": channel'),
+    (OWN.replace("centre_deg", "centre_mm = 180\ncentre_deg"), 'own.toml: channels: "nearest": channel'),
     (OWN.replace('"nearest"', "[{elements = [1]}]"), "1"),
     ("arrays = []", "own.toml: arrays: none"),
     ("arrays = [", "own.toml: is not TOML"),
