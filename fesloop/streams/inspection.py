@@ -24,6 +24,7 @@ from fesloop.streams.layout_guess import (
     Labelled,
     Triple,
     layout_of,
+    place_of,
     time_of,
     triples_of,
     unit_apart,
@@ -219,37 +220,37 @@ def _table(path: Path) -> Inspection:
     form = _form_of(read_text(path, ALLOWED).splitlines(), str(path))
     table = read_table(path, form)
     names = table.names or ("",) * table.values.shape[1]
-    columns = [Labelled(*unit_apart(name), "", table.values[:, number], "", number + 1)
+    columns = [Labelled(*unit_apart(name), "", table.values[:, number], "", number + 1, name=name)
                for number, name in enumerate(names)]
-    layout, found = _single(columns, [*names], {}, notes)
+    layout, found = _single(columns, {}, notes, "table")
     changed = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(form).items()
                if value != getattr(TextForm(), key)}
     if layout and changed:
         layout = {**layout, "text": changed}
     words = {" ": "blanks", "\t": "tabs"}.get(form.separator, f"{form.separator!r}")
     return Inspection(path=path, source_format=f"table, separated by {words}, decimal {form.decimal!r}, "
-                      f"{form.header} lines of header", layout=layout, notes=tuple(notes), **found)
+                      f"header of {form.header} line{'s' * (form.header != 1)}", layout=layout, notes=tuple(notes), **found)
 
 
-def _single(columns: list[Labelled], labels: list[str], base: dict[str, Any], notes: list[str],
-            name: str = "table") -> tuple[dict[str, Any], dict[str, Any]]:
+def _single(columns: list[Labelled], base: dict[str, Any], notes: list[str],
+            name: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Layout, and fields of an inspection, of columns that have one time base."""
-    labels = [unit_apart(label)[0] if label else "" for label in labels]
+    names = [column.name for column in columns]
     rows = columns[0].values.size if columns else 0
     timed = time_of(columns, notes)
     times_s, stated = None, base.get("rate")
     if timed is not None:
         column, unit = timed
         times_s = column.values * factor("time", unit, name)
-        place = column.stream or (labels.count(column.label) == 1 and column.label) or column.number
-        base = {"time": place, "units": {"time": unit}}
+        place = place_of([column], names)
+        base = {"time": column.stream or place[0], "units": {"time": unit}}
     elif stated is None:
         base = {"rate": _UNKNOWN_HZ}
         notes.append(f"there are no instants and no rate: {_UNKNOWN_HZ} Hz is written, replace it")
     even = times_s if times_s is not None else np.arange(rows) / float(base["rate"])
     triples = triples_of([column for column in columns if timed is None or column is not timed[0]], notes)
     units = units_of(triples, even, notes)
-    layout = layout_of(triples, units, base, labels, notes)
+    layout = layout_of(triples, units, base, names, notes)
     return layout, {
         "streams": (_stream(name, "", rows, len(columns), times_s, stated and float(stated)),),
         "kinds": _kinds(triples, units), "unread": _unread(columns, triples, timed and timed[0])}
@@ -317,7 +318,7 @@ def _variables(path: Path, why: str) -> Inspection:
     if stated is not None:
         base = {"rate": int(stated[1]) if stated[1] == int(stated[1]) else stated[1]}
         notes.append(f"the rate is the number {stated[0]}")
-    layout, found = _single(columns, [], base, notes, path.name)
+    layout, found = _single(columns, base, notes, path.name)
     found["unread"] = (*found["unread"], *others)
     return Inspection(path=path, source_format="arrays", layout=layout, notes=tuple(notes), **found)
 

@@ -51,6 +51,7 @@ class Labelled(NamedTuple):
     stream: what it belongs to: a stream of XDF, a variable of a container, "" of a text table.
     number: its number there, from 1.
     whole: whether the stream has exactly three columns, which a layout may name together.
+    name: by which a layout of a text table takes it, with its unit; empty where it has none.
     """
 
     label: str
@@ -60,6 +61,7 @@ class Labelled(NamedTuple):
     stream: str
     number: int
     whole: bool = False
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -238,12 +240,12 @@ def every_of(triples: Sequence[Triple]) -> dict[str, dict[str, int]]:
     return found
 
 
-def place_of(columns: Sequence[Labelled], labels: Sequence[str]) -> Any:
-    """How a layout names columns; `labels` are all those of a text table, in which names may recur."""
+def place_of(columns: Sequence[Labelled], names: Sequence[str]) -> Any:
+    """How a layout names columns; `names` are all those of a text table, where they may recur."""
     first = columns[0]
     if not first.stream:
-        named = all(labels.count(column.label) == 1 and column.label for column in columns)
-        return [column.label if named else column.number for column in columns]
+        named = all(column.name and names.count(column.name) == 1 for column in columns)
+        return [column.name if named else column.number for column in columns]
     if first.whole and len(columns) == len("xyz"):
         return first.stream
     if len({column.stream for column in columns}) > 1:
@@ -252,8 +254,11 @@ def place_of(columns: Sequence[Labelled], labels: Sequence[str]) -> Any:
 
 
 def layout_of(triples: Sequence[Triple], units: Mapping[str, str], base: Mapping[str, Any],
-              labels: Sequence[str], notes: list[str]) -> dict[str, Any]:
-    """Tables of a layout; `base` has its rate or time, and other keys. Empty without a whole sensor."""
+              names: Sequence[str], notes: list[str]) -> dict[str, Any]:
+    """Tables of a layout; `base` has its rate or time, and other keys. Empty without a whole sensor.
+
+    `names`: those of all columns of a text table.
+    """
     sensors: dict[str, dict[str, Any]] = {}
     every = every_of(triples)
     kinds = {name: {triple.kind for triple in triples if triple.sensor == name}
@@ -268,7 +273,7 @@ def layout_of(triples: Sequence[Triple], units: Mapping[str, str], base: Mapping
         notes.append("magnetometers are left out: their unit is unknown, or not every sensor has one")
     for triple in triples:
         if triple.sensor in whole and (triple.kind != "mag" or with_mag):
-            sensors.setdefault(triple.sensor, {})[triple.kind] = place_of(triple.columns, labels)
+            sensors.setdefault(triple.sensor, {})[triple.kind] = place_of(triple.columns, names)
     for name, rows in every.items():
         if name in sensors and "resample" not in base:
             sensors[name]["every"] = rows

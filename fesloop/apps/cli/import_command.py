@@ -94,7 +94,8 @@ def _written(found: Inspection, target: Path) -> dict[str, Any]:
     except InputError as fault:
         return {"taken": None, "fault": str(fault)}
     print_doubts(str(found.path), doubts(recording))
-    return {"taken": f"{len(recording.sensors)} sensors, {recording.samples} samples, "
+    several = "s" * (len(recording.sensors) > 1)
+    return {"taken": f"{len(recording.sensors)} sensor{several}, {recording.samples} samples, "
             + (f"{float(recording.rate):.9g} Hz" if recording.rate is not None else "at uneven instants"),
             "fault": None}
 
