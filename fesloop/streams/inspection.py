@@ -196,7 +196,8 @@ def _xdf(path: Path) -> Inspection:
 def _channels(stream: XdfStream) -> Iterator[Labelled]:
     values = np.asarray(stream.values, dtype=np.float64)
     for number, (label, unit, kind) in enumerate(zip(stream.labels, stream.units, stream.types, strict=True)):
-        yield Labelled(*unit_apart(label, unit), kind, values[:, number], stream.key, number + 1)
+        name = label if stream.labels.count(label) == 1 else ""
+        yield Labelled(*unit_apart(label, unit), kind, values[:, number], stream.key, number + 1, name=name)
 
 
 def _instants(stream: XdfStream, path: Path, notes: list[str]) -> Array:
@@ -229,7 +230,8 @@ def _table(path: Path) -> Inspection:
         layout = {**layout, "text": changed}
     words = {" ": "blanks", "\t": "tabs"}.get(form.separator, f"{form.separator!r}")
     return Inspection(path=path, source_format=f"table, separated by {words}, decimal {form.decimal!r}, "
-                      f"header of {form.header} line{'s' * (form.header != 1)}", layout=layout, notes=tuple(notes), **found)
+                      f"header of {form.header} line{'s' * (form.header != 1)}",
+                      layout=layout, notes=tuple(notes), **found)
 
 
 def _single(columns: list[Labelled], base: dict[str, Any], notes: list[str],

@@ -51,7 +51,7 @@ class Labelled(NamedTuple):
     stream: what it belongs to: a stream of XDF, a variable of a container, "" of a text table.
     number: its number there, from 1.
     whole: whether the stream has exactly three columns, which a layout may name together.
-    name: by which a layout of a text table takes it, with its unit; empty where it has none.
+    name: by which a layout takes it from a text table or a stream of XDF; empty where it has none.
     """
 
     label: str
@@ -250,7 +250,7 @@ def place_of(columns: Sequence[Labelled], names: Sequence[str]) -> Any:
         return first.stream
     if len({column.stream for column in columns}) > 1:
         return [column.stream for column in columns]
-    return {"variable": first.stream, "columns": [column.number for column in columns]}
+    return {"variable": first.stream, "columns": [column.name or column.number for column in columns]}
 
 
 def layout_of(triples: Sequence[Triple], units: Mapping[str, str], base: Mapping[str, Any],
