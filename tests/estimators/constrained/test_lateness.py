@@ -11,7 +11,7 @@ from tracker_parts import run_tracker
 from estimators.body.joint_constraints import Joint
 from estimators.constrained import ConstrainedTracker
 from estimators.constrained.filter import LOST, SOUND
-from estimators.constrained.lateness import Lateness, advanced, ahead, correlate, differences
+from estimators.constrained.lateness import LOW, WHOLE, Lateness, advanced, ahead, correlate, differences
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand import quaternion
 from fesloop.loop.signals import Sample
@@ -106,11 +106,12 @@ def test_lost_samples_make_no_difference_look_like_none(lost, within_s, seed):
     for k in range(1, len(times)):
         acc = np.array([[shared(at), shared(at - 0.04)] for at in times[k - 1:k + 1]])
         correlate(np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros((1, 9)), ends, np.zeros((2, 2, 3)), acc,
-                  seen[k - 1:k + 1], lateness.period_s, lateness.spacing, lateness.frame, lateness.mean,
+                  seen[k - 1:k + 1], lateness.period_s, lateness.spacing, lateness.frame, lateness.passed,
                   lateness.kept, lateness.product, lateness.energy, lateness.usable, lateness.lasted)
-    late_s, sd_s = np.zeros((2, 1))
-    differences(lateness.product, lateness.energy, lateness.lasted, 0.025, late_s, sd_s)
-    assert math.isclose(late_s[0], 0.04, abs_tol=within_s)
+    for band in (WHOLE, LOW):
+        late_s, sd_s = np.zeros((2, 1))
+        differences(lateness.product[band], lateness.energy[band], lateness.lasted, 0.025, band, late_s, sd_s)
+        assert math.isclose(late_s[0], 0.04, abs_tol=within_s)
 
 
 @pytest.mark.slow
