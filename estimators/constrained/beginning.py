@@ -136,8 +136,8 @@ class Unknown(NamedTuple):
     axis_sd: sd of its axes in the sensors' frames, rad, both together; bias_sd: sd of a gyroscope's bias,
         rad/s;
     levers, lever_sd: (joints, 6), expected lever arms of parent and child in their frames, and the sd of each
-    component, m. pose: (joints, 4), child to parent in the initial pose, or None; pose_sd: sd of its headings,
-    rad.
+        component, m.
+    pose: (joints, 4), child to parent in the initial pose, or None; pose_sd: sd of its headings, rad.
     """
 
     axis_sd: float

@@ -36,12 +36,14 @@ _FADES_S = 30.0
 _LOWEST = 2.0 * math.pi
 """Angular frequency below which accelerations do not count, rad/s (chosen: above gravity in motion)."""
 _HIGHEST = 2.0 * math.pi * 5.0
-"""Angular frequency above which they do not where the movement below it suffices, rad/s (chosen: sensors on soft
-tissue ring at some 11 Hz after each quick turn, later than their bones; slow movements share vibration alone)."""
+"""Angular frequency above which they do not where the movement below it suffices, rad/s (chosen: sensors on
+soft tissue ring at some 11 Hz after each quick turn, later than their bones; slow movements share vibration
+alone)."""
 WHOLE, LOW = range(2)
 """Bands that are correlated: above `_LOWEST`, and between it and `_HIGHEST`."""
 _LEAST = 0.2, 0.1
-"""Least shared acceleration in each, rms, m/s^2 (chosen: errors of gravity and of lever arms look like less)."""
+"""Least shared acceleration in each, rms, m/s^2 (chosen: errors of gravity and of lever arms look like
+less)."""
 _FIRST_S = 8.0
 """Least duration of a correlation that is believed, s (chosen: some movements)."""
 _MOST = 2.5
@@ -56,8 +58,8 @@ _SURE = 3.0
 _KNOWN_S = 0.01
 """Sd of a difference above which events say that it is not known, s (chosen: three of it are 30 ms)."""
 _LEAST_S, _FIRST_LEAST_S = 4e-3, 10e-3
-"""Least difference that is made good, s (chosen: below it joints lose less than by interpolation), and least one
-while all sensors seem simultaneous (chosen: soft tissue alone looks like up to 8 ms)."""
+"""Least difference that is made good, s (chosen: below it joints lose less than by interpolation), and least
+one while all sensors seem simultaneous (chosen: soft tissue alone looks like up to 8 ms)."""
 VALUE, SLOW, FIRST, SECOND = range(4)
 """Rows of an acceleration in `Lateness.band`."""
 
@@ -76,11 +78,11 @@ class Lateness:
     past: (rows, 2, n, 3), newest rates and accelerations, a ring; NaN before the first.
     newest: row of the newest; newest_ns: its capture.
     frame: (joints, 4), child's sensor to a frame that does not rotate.
-    passed: (joints, 2, 4, 3), of the acceleration from parent and child, m/s^2: newest value, slow part, and the
-        low pass's two states.
+    passed: (joints, 2, 4, 3), of the acceleration from parent and child, m/s^2: newest value, slow part, and
+        the low pass's two states.
     kept: (bands, joints, 2, lags + 1, 3), m/s^2, newest values in each band, the newest first.
-    product: (bands, joints, 2 lags + 1), sum of products by lag of the child; energy: (bands, joints, 2), sums
-        of squares.
+    product: (bands, joints, 2 lags + 1), sum of products by lag of the child; energy: (bands, joints, 2),
+        sums of squares.
     usable: (joints, lags + 1), whether these are known, the newest first.
     lasted: (joints, lags + 1), s, weight of the products by their lag either way. A lost sample is missing in
         two products of each lag but 0, where it is missing in one: sums alone would peak there.
@@ -141,14 +143,14 @@ class Lateness:
         return [sample._replace(value=value) for sample, value in zip(inputs, values, strict=True)]
 
     def differences(self) -> tuple[Array, Array]:
-        """By how much each joint's child is later than its parent, s, and the sd, s, (joints,); inf if unknown.
+        """By how much each joint's child is later than its parent, s, and the sd; (joints,), inf if unknown.
 
         Movement tells it where there is enough of it, else all that both sides share.
         """
         late_s, sd_s = np.zeros((2, 2, len(self.lasted)))
         for band in (WHOLE, LOW):
-            differences(self.product[band], self.energy[band], self.lasted, self.spacing * self.period_s, band,
-                        late_s[band], sd_s[band])
+            differences(self.product[band], self.energy[band], self.lasted, self.spacing * self.period_s,
+                        band, late_s[band], sd_s[band])
         moved = sd_s[LOW] <= _KNOWN_S
         return np.where(moved, late_s[LOW], late_s[WHOLE]), np.where(moved, sd_s[LOW], sd_s[WHOLE])
 
@@ -326,9 +328,9 @@ def correlate(
     lags, matrix = kept.shape[3] - 1, np.empty((3, 3))
     # Butterworth low pass of second order, by the bilinear transform.
     warped = math.tan(0.5 * elapsed * _HIGHEST)
-    scale = 1.0 / (1.0 + math.sqrt(2.0) * warped + warped * warped)
-    gain = scale * warped * warped
-    feed_1, feed_2 = 2.0 * scale * (warped * warped - 1.0), scale * (1.0 - math.sqrt(2.0) * warped + warped ** 2)
+    square, damping = warped * warped, math.sqrt(2.0) * warped
+    scale = 1.0 / (1.0 + damping + square)
+    gain, feed_1, feed_2 = scale * square, 2.0 * scale * (square - 1.0), scale * (1.0 - damping + square)
     for j in range(ends.shape[0]):
         p, c = ends[j, 0], ends[j, 1]
         # Both sides are turned alike, so that a small error of this turn changes nothing.
@@ -345,11 +347,13 @@ def correlate(
             gap = 1
         for side in range(2):
             for band in range(2):
-                for k in range(lags, 0, -1):
-                    for a in range(3):
-                        kept[band, j, side, k, a] = kept[band, j, side, k - 1, a]
+                values = kept[band, j, side]
+                for a in range(3):
+                    for k in range(lags, 0, -1):
+                        values[k, a] = values[k - 1, a]
+                    if not usable[j, 0]:
+                        values[0, a] = 0.0
                 if not usable[j, 0]:
-                    kept[band, j, side, 0, 0], kept[band, j, side, 0, 1], kept[band, j, side, 0, 2] = 0.0, 0.0, 0.0
                     energy[band, j, side] *= left
             if not usable[j, 0]:
                 continue
@@ -409,7 +413,7 @@ def _row(matrix: Any, i: int, rest: Any, j: int, arm: int) -> Any:
 def differences(
     product: Any, energy: Any, lasted: Any, spacing_s: float, band: int, late_s: Any, sd_s: Any
 ) -> None:
-    """Write what one band, WHOLE or LOW, tells of the differences, and its sd, s, (joints,); inf where unknown.
+    """Write what one band, WHOLE or LOW, tells of the differences, and its sd, s; (joints,), inf if unknown.
 
     product, energy: of this band.
     """
