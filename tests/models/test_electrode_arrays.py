@@ -94,6 +94,17 @@ def test_the_nearest_elements_keep_the_current(order, weights):
         assert apart[element][list(made.elements)].min() == apart[element].min() <= FARTHEST_MM
 
 
+@pytest.mark.parametrize(("away_mm", "refused"), [(19.9, False), (20.1, True)])
+def test_the_nearest_element_lies_at_most_twenty_millimetres_away(away_mm, refused):
+    one = ElectrodeArrays(arrays=(ElectrodeArray(positions=((0.0, 106.0 + away_mm),)),))
+    middle = [VirtualElectrode(elements=(17,))]  # row 2 of 5, column 3 of 7: the middle, 0 deg and 106 mm
+    if refused:
+        with pytest.raises(InputError, match="lies 20 mm from it; allowed: at most 20 mm"):
+            one.in_place_of(middle)
+    else:
+        assert one.in_place_of(middle) == (VirtualElectrode(elements=(0,)),)
+
+
 def test_areas_are_those_of_discs():
     small, large = ElectrodeArray(rows=1, columns=2, pad_mm=5.0), ElectrodeArray(
         rows=1, columns=1, centre_deg=90.0, pad_mm=10.0)

@@ -258,6 +258,20 @@ def test_an_earlier_search_of_no_use_is_refused(earlier, strategy, named):
         PointSearch(strategy=strategy, earlier=EarlierSearch(movement=movement, responses=(response,)))
 
 
+@pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
+def test_an_earlier_search_is_of_the_same_arrays():
+    own = (ArrayLayout(rows=3, columns=4),)
+    response = EarlierResponse(elements=(3,), current_ma=8.0, quality=0.1)
+    for layouts, space, fits in ((None, SearchSpace(), True), (own, SearchSpace(layouts=own), True),
+                                 (None, SearchSpace(layouts=own), False), (own, SearchSpace(), False)):
+        earlier = EarlierSearch(movement="finger_opening", responses=(response,), layouts=layouts)
+        if fits:
+            PointSearch(strategy="gaussian_process", space=space, earlier=earlier)
+            continue
+        with pytest.raises(InputError, match="earlier: is a search of other arrays"):
+            PointSearch(strategy="gaussian_process", space=space, earlier=earlier)
+
+
 @pytest.mark.parametrize(("package", "strategy", "named"), [
     ("sklearn.gaussian_process", GaussianProcess(), "scikit-learn is not installed"),
     ("optuna", OptunaSearch(), "Optuna is not installed")])

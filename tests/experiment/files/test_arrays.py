@@ -145,6 +145,29 @@ def test_a_model_of_other_arrays_is_refused(own):
     assert "the model is of the usual arrays; allowed: 5 x 8 at 14 x 12 mm and 5 x 6 at 14 x 14 mm" in told
 
 
+@pytest.mark.slow
+def test_a_model_that_is_identified_with_arrays_serves_with_them(own, tmp_path, monkeypatch):
+    from fesloop.apps.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    arrays = ["--set", f"electrodes.array={own}"]
+    assert main(["run", "identify_grasp", *arrays, "--out", "runs"]) == 0
+    assert main(["identify", "runs/identify_grasp-1.h5", "--out", "model.toml"]) == 0
+    assert 'arrays = "5 x 8 at 14 x 12 mm and 5 x 6 at 14 x 14 mm (' in (tmp_path / "model.toml").read_text()
+    fesloop.load("grasp_ilc", [f"electrodes.array={own}", "model=model.toml"])
+    assert "the model is of 5 x 8 at" in fault("grasp_ilc", "model=model.toml")
+
+
+def test_an_earlier_search_knows_its_arrays(own, tmp_path):
+    pytest.importorskip("sklearn")
+    arrays = f"electrodes.array={own}"
+    run = fesloop.load("array_search_gp", [arrays, "duration_s=14"]).run(out=tmp_path)
+    earlier = f"earlier={run.recording}"
+    made = blocks("array_search_gp", arrays, earlier, "day=2")["search"]
+    assert made["earlier"]["layouts"] == made["space"]["layouts"]
+    assert "is a search of other arrays" in fault("array_search_gp", earlier, "day=2")
+
+
 def test_check_shows_what_follows(own, capsys):
     from fesloop.apps.cli import main
 
