@@ -221,14 +221,18 @@ class ElectrodeArrays:
                     raise InputError(f"channels[{number}].elements",
                                      f"element {max(electrode.elements)} does not exist",
                                      f"0 to {self.elements - 1}")
-        pads = self.pads(USUAL_RADIUS_MM)
-        apart = distances_mm(pads, pads, USUAL_RADIUS_MM)
+
+    def require_apart(self, radius_mm: float) -> None:
+        """Raise InputError for pads that overlap on a forearm of this radius."""
+        pads = self.pads(radius_mm)
+        apart = distances_mm(pads, pads, radius_mm)
         overlap = pads[:, 2] + pads[:, np.newaxis, 2] - apart
         np.fill_diagonal(overlap, 0.0)
         one, other = map(int, np.unravel_index(int(overlap.argmax()), overlap.shape))
         if overlap[one, other] > _ROUNDING_MM:
             raise InputError("arrays", f"elements {one} and {other} overlap: {apart[one, other]:.3g} mm "
-                             f"apart, with pads of {pads[one, 2]:g} and {pads[other, 2]:g} mm radius",
+                             f"apart on a forearm of {radius_mm:.3g} mm radius, with pads of "
+                             f"{pads[one, 2]:g} and {pads[other, 2]:g} mm",
                              "pads that lie beside each other", "enlarge pitch_mm, or reduce pad_mm")
 
     @property

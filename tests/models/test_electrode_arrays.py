@@ -126,10 +126,11 @@ def test_words_tell_arrays_apart():
 
 @pytest.mark.parametrize(("make", "where", "found"), [
     (lambda: ElectrodeArrays(arrays=()), "arrays", "none"),
-    (lambda: ElectrodeArrays(arrays=(ElectrodeArray(rows=2, columns=2, pitch_mm=(12.0, 20.0)),)),
-     "arrays", "elements 0 and 2 overlap: 12 mm apart"),
-    (lambda: ElectrodeArrays(arrays=(ElectrodeArray(rows=1, columns=1), ElectrodeArray(rows=1, columns=1))),
-     "arrays", "elements 0 and 1 overlap"),
+    (lambda: ElectrodeArrays(arrays=(ElectrodeArray(rows=2, columns=2, pitch_mm=(12.0, 20.0)),)
+                             ).require_apart(RADIUS_MM), "arrays", "elements 0 and 2 overlap: 12 mm apart"),
+    (lambda: ElectrodeArrays(arrays=(ElectrodeArray(rows=1, columns=1), ElectrodeArray(rows=1, columns=1))
+                             ).require_apart(RADIUS_MM), "arrays", "elements 0 and 1 overlap"),
+    (lambda: ElectrodeArrays(arrays=USUAL).require_apart(15.0), "arrays", " overlap: "),
     (lambda: ElectrodeArrays(arrays=(ElectrodeArray(rows=1, columns=1),),
                              channels=(VirtualElectrode(elements=(1,)),)),
      "channels[0].elements", "element 1 does not exist"),

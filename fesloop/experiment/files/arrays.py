@@ -15,7 +15,7 @@ from fesloop.forms.faults import faults_of
 from fesloop.forms.schema import Kinds, keys_at, make, table
 from fesloop.forms.toml import TomlError, tables_of
 from fesloop.given_files import read_whole
-from fesloop.models.electrode_arrays import ElectrodeArrays, FitsArrays
+from fesloop.models.electrode_arrays import USUAL_RADIUS_MM, ElectrodeArrays, FitsArrays
 
 _FORM = table(ElectrodeArrays, {})
 _REPLACED = ("electrodes",)
@@ -30,10 +30,22 @@ class Fitted(NamedTuple):
     ----------
     document: without the table [electrodes].
     origins: place of the stated value by place in the document.
+    where, arrays: place of the arrays for messages, and the arrays.
     """
 
     document: dict[str, Any]
     origins: Mapping[str, str]
+    where: str
+    arrays: ElectrodeArrays
+
+    def require_apart(self, filled: Mapping[str, Any]) -> None:
+        """Raise InputError for pads that overlap on the forearm of a document with its patient."""
+        radius_mm = next((block["radius_mm"] for block in filled["blocks"].values()
+                          if "arrays" in block and "radius_mm" in block), USUAL_RADIUS_MM)
+        try:
+            self.arrays.require_apart(radius_mm)
+        except InputError as fault:
+            raise fault.within(self.where) from None
 
     def explained(self, fault: InputError) -> InputError:
         """The fault, or all of several, at the place that the user wrote."""
@@ -71,12 +83,13 @@ def with_arrays(document: Mapping[str, Any], kinds: Kinds) -> Fitted:
             place = ".".join(("blocks", name, *path))
             origins[place] = f"{where}: {'channels' if path == _REPLACED else 'arrays'}"
             if _at(blocks[name], path) is not None and path != _REPLACED:
+                follows = "" if isinstance(value, list) else f"; the arrays give {value:.6g}"
                 faults.append(InputError(place, "is given beside electrodes.array", "one of both",
-                                         f"remove one; the arrays give {_short(value)}"))
+                                         f"remove one{follows}"))
         blocks[name] = _merged(blocks[name], more)
     if faults:
         raise InputErrors(faults)
-    return Fitted(rest | {"blocks": blocks}, origins)
+    return Fitted(rest | {"blocks": blocks}, origins, where, arrays)
 
 
 def _arrays(choice: Any) -> tuple[str, ElectrodeArrays]:
@@ -132,7 +145,3 @@ def _merged(own: Mapping[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
         below = isinstance(value, dict) and isinstance(made.get(key), dict)
         made[key] = _merged(made[key], value) if below else value
     return made
-
-
-def _short(value: Any) -> str:
-    return f"{len(value)} values" if isinstance(value, list) else f"{value:.6g}"

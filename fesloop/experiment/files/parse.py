@@ -217,7 +217,9 @@ def _with_arrays(tables: dict[str, Any], kinds: Kinds) -> Experiment:
 
     fitted = with_arrays(tables, kinds)
     try:
-        return _experiment(_filled(_with_movements(fitted.document, kinds), kinds), kinds)
+        filled = _filled(_with_movements(fitted.document, kinds), kinds)
+        fitted.require_apart(filled)
+        return _experiment(filled, kinds)
     except InputError as fault:
         raise fitted.explained(fault) from None
 

@@ -134,6 +134,12 @@ def test_what_follows_from_the_arrays_is_not_stated_again(own, setting, told):
     assert told in fault("array_search_gp", f"electrodes.array={own}", setting)
 
 
+def test_pads_may_overlap_on_one_forearm_and_not_on_another(own):
+    told = fault("array_search_gp", f"electrodes.array={own}", "blocks.electrodes.radius_mm=20")
+    assert "own.toml: arrays: elements" in told
+    assert "on a forearm of 20 mm radius" in told
+
+
 def test_an_experiment_without_arrays_refuses_them(own):
     assert "would change nothing" in fault("finger_pid_latency", f"electrodes.array={own}")
     assert "cannot be read" in fault("array_search_gp", "electrodes.array=none.toml")
