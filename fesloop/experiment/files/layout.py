@@ -147,7 +147,7 @@ def option_table() -> Any:
 
 def _electrodes() -> Any:
     """The table [electrodes]: a file of arrays, or its tables."""
-    return closed("Electrodes", {"array": Required[str | table(ElectrodeArrays, {})]})
+    return closed("ElectrodesChoice", {"array": Required[str | table(ElectrodeArrays, {})]})
 
 
 def _wire(kinds: Kinds) -> Any:
