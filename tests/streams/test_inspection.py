@@ -138,6 +138,20 @@ def test_gaps_of_a_table_are_found(tmp_path, seed, cuts, length):
     assert stream.rate_hz == pytest.approx(100.0)
 
 
+@pytest.mark.parametrize(("unit", "scale"), [("deg/s", 180.0 / np.pi), ("rad/s", 1.0)])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_unit_of_slow_rates_is_known_by_how_gravity_turns(tmp_path, unit, scale, seed):
+    rng = np.random.default_rng(seed)
+    t = np.arange(4001) / 100.0
+    turned = Rotation.from_rotvec(0.4 * np.sin(np.outer(t, [0.8, 1.0, 1.2]) + rng.uniform(0.0, 6.0, 3)))
+    gyr = (turned[:-1].inv() * turned[1:]).as_rotvec() * 100.0
+    acc = turned[:-1].inv().apply([0.0, 0.0, 1.0])
+    assert np.abs(gyr * scale).max() < 35.0  # no rate that is too fast for rad/s gives it away
+    np.savetxt(tmp_path / "lab.csv", np.column_stack([t[:-1], gyr * scale, acc]), delimiter=",", comments="",
+               header="t,gx,gy,gz,ax,ay,az".replace("g", "gyr_").replace("a", "acc_"))
+    assert inspect(tmp_path / "lab.csv").layout["units"]["gyr"] == unit
+
+
 @given(st.sampled_from([2, 4, 10]), st.integers(0, 99))
 @SAFE
 def test_a_slower_kind_is_written_as_such(tmp_path, every, seed):
