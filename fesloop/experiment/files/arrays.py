@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -67,6 +68,10 @@ def with_arrays(document: Mapping[str, Any], kinds: Kinds) -> Fitted:
     rest = {key: value for key, value in document.items() if key != "electrodes"}
     blocks = dict(document["blocks"]) if isinstance(document.get("blocks"), dict) else {}
     added: dict[str, dict[str, Any]] = {}
+    if _chosen_by_model(blocks):
+        arrays = replace(arrays, channels=())
+        blocks = {name: {key: value for key, value in own.items() if key not in _REPLACED}
+                  if isinstance(own, dict) else own for name, own in blocks.items()}
     for name, own in blocks.items():
         cls = kinds.get(own.get("kind", "")) if isinstance(own, dict) else None
         if cls is not None and issubclass(cls, FitsArrays):
@@ -116,6 +121,12 @@ def _arrays(choice: Any) -> tuple[str, ElectrodeArrays]:
     except InputError as fault:
         place = fault.where.removeprefix(f"{where}.").removeprefix(f"{where}: ")
         raise InputError(f"{where}: {place}", fault.found, fault.allowed, fault.remedy) from None
+
+
+def _chosen_by_model(blocks: Mapping[str, Any]) -> bool:
+    """Return whether the channels' elements are those of a controller's model file (`channels = true`)."""
+    models = [own.get("model") for own in blocks.values() if isinstance(own, dict)]
+    return any(isinstance(model, dict) and model.get("channels") for model in models)
 
 
 def _wired(document: Mapping[str, Any], name: str) -> set[str]:

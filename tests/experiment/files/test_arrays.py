@@ -164,6 +164,22 @@ def test_a_model_that_is_identified_with_arrays_serves_with_them(own, tmp_path, 
     assert "the model is of 5 x 8 at" in fault("grasp_ilc", "model=model.toml")
 
 
+@pytest.mark.slow
+def test_a_sweep_over_own_arrays_chooses_the_channels(own, tmp_path, monkeypatch):
+    from fesloop.apps.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    arrays = f"electrodes.array={own}"
+    longer = ["--set", "experiment.duration_s=185", "--out", "runs"]
+    assert main(["run", "sweep_grasp", "--set", arrays, *longer]) == 0
+    assert main(["identify", "runs/sweep_grasp-1.h5", "--out", "model.toml"]) == 0
+    chosen = ["follow=fingers", "channels=model", "model=model.toml"]
+    made = blocks("grasp_mpc", arrays, *chosen)["stimulator"]
+    assert made["elements"] == 70
+    assert len(made["electrodes"]) == 8
+    assert "the model is of 5 x 8 at" in fault("grasp_mpc", *chosen)
+
+
 def test_an_earlier_search_knows_its_arrays(own, tmp_path):
     pytest.importorskip("sklearn")
     arrays = f"electrodes.array={own}"
