@@ -60,22 +60,22 @@ def test_currents_that_were_left_out_do_not_count():
 def hand(others=0):
     """Gains (elements, outputs), deg, of one element for each motion, then of `others` useless ones."""
     motions = np.array([
-        [90.0, 24.0, 24.0, 24.0, 24.0, 0.0], [0.0, -40.0, -40.0, -40.0, -40.0, 0.0],
+        [90.0, 24.0, 24.0, 24.0, 24.0, 24.0], [0.0, -40.0, -40.0, -40.0, -40.0, 0.0],
         [-10.0, 90.0, 0.0, 0.0, 0.0, 0.0], [-10.0, 0.0, 90.0, 0.0, 0.0, 0.0],
         [-10.0, 0.0, 0.0, 90.0, 0.0, 0.0], [-10.0, 0.0, 0.0, 0.0, 90.0, 0.0],
-        [0.0, 0.0, 0.0, 0.0, 0.0, 60.0], [-60.0, -16.0, -16.0, -16.0, -16.0, 0.0]])
+        [0.0, 0.0, 0.0, 0.0, 0.0, 60.0], [-60.0, -16.0, -16.0, -16.0, -16.0, -16.0]])
     return np.concatenate([motions, np.full((others, 6), 1.0)])
 
 
 @given(st.permutations(range(12)), st.floats(5.0, 9.0))
 @settings(deadline=None, max_examples=20)
-def test_the_elements_that_reach_all_postures_are_chosen_wherever_they_are(order, threshold_ma):
+def test_elements_that_reach_all_postures_are_chosen_wherever_they_are(order, threshold_ma):
     gains = hand(others=4)[list(order)]
     moved = np.array([moved_by(np.radians(gain), threshold_ma) for gain in gains])
     choice = choose_elements(Responses(currents_ma=CURRENTS, width_us=WIDTH_US, moved=moved, rest=REST,
                                        outputs=OUTPUTS), 8, 34.0)
     assert sorted(np.array(order)[list(choice.elements)]) == list(range(8))
-    assert np.abs(choice.missed_deg[:2]).max() < 6.0
+    assert np.abs(choice.missed_deg[:2]).max() < 8.0
     named = [order[element] for element in choice.elements]
     assert {named[c] for c in choice.closing} == {2, 3, 4, 5, 6}
     assert {named[c] for c in range(8) if c not in choice.grasping} == {0, 7}
@@ -102,7 +102,8 @@ def swept(tmp_path_factory):
     """Sweep of a person's best-placed elements, and its model's file."""
     folder = tmp_path_factory.mktemp("sweep")
     elements = [16, 17, 9, 10, 28, 29, 43, 44, 46, 49, 50, 51, 53, 55]
-    found = run(load("sweep_grasp", [f"blocks.sweep.elements={elements}", "experiment.duration_s=40"]), folder)
+    chosen = [f"blocks.sweep.elements={elements}", "experiment.duration_s=40"]
+    found = run(load("sweep_grasp", chosen), folder)
     identified = identify_recording(str(found.recording))
     identified.model.save(folder / "own.toml")
     return identified, folder / "own.toml", set(elements)
