@@ -29,7 +29,7 @@ static int allocate(const double drive[MUSCLES], double pulses[MUSCLES][2])
         } else if (drive[i] >= 1.0) {
             width = LONGEST_S[i];
             saturated++;
-        } else if (drive[i] > 0.0) {
+        } else if (drive[i] > LEAST_FRACTION) {
             const double effective_ma = THRESHOLD_MA[i] * exp(SPREAD[i] * normal_quantile(drive[i]));
             const double room_ma = 1e3 * CURRENT_A[i] - effective_ma;
             width = room_ma > 0.0 ? CHRONAXIE_S[i] * effective_ma / room_ma : LONGEST_S[i];

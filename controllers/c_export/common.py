@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from controllers.allocation import Allocation
-from fesloop.c_code.program import array, template
+from controllers.allocation import LEAST_FRACTION, Allocation
+from fesloop.c_code.program import array, define, template
 from fesloop.loop.signals import Port
 
 PACKAGE = "controllers.c_export"
@@ -31,6 +31,7 @@ def allocation_settings(allocation: Allocation) -> tuple[str, ...]:
         array("THRESHOLD_MA", table[:, 3], "mA, effective current that recruits half of the muscle"),
         array("SPREAD", table[:, 4], "standard deviation of the logarithms of the axons' thresholds"),
         array("CHRONAXIE_S", table[:, 5], "s, of the strength-duration curve"),
+        define("LEAST_FRACTION", LEAST_FRACTION, "of a muscle, up to which there is no pulse"),
         f"#define SQRT_HALF ({math.sqrt(0.5)!r})", f"#define SQRT_TWO_PI ({math.sqrt(2.0 * math.pi)!r})")
 
 

@@ -85,6 +85,7 @@ class Program:
     settings: constants, as from `define` and `array`.
     code: bodies of the functions, templates one after the other.
     operations: of a step.
+    types: declarations of further types of which the state has members.
     between: declaration and meaning of a further function, such as one between trials; empty for none.
     """
 
@@ -99,6 +100,7 @@ class Program:
     settings: tuple[str, ...]
     code: tuple[str, ...]
     operations: Operations
+    types: tuple[str, ...] = ()
     between: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -141,7 +143,7 @@ class Program:
                      f"    int64_t {port.name}_newest_ns; /* its newest capture, ns; BLOCK_NEVER: none */"]
         body += ["} block_inputs;", "", "typedef struct {"]
         body += [f"    double {port.name}{_sizes(port)}; /* {_units(port)} */" for port in self.outputs]
-        body += ["} block_outputs;", "", "typedef struct {", *(f"    {line}" for line in self.state),
+        body += ["} block_outputs;", "", *self.types, "typedef struct {", *(f"    {line}" for line in self.state),
                  "} block_state;", "", "/* State at rest, before the first tick. */",
                  "void block_init(block_state *state);", "",
                  "/* Fill the outputs of a tick; returns a status from above. */",
