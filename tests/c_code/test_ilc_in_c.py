@@ -2,70 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from c_code_parts import NEXT_TRIAL, QUICK, STRICT, build, needs_gcc, record_type, run, stepped
+from c_code_parts import QUICK, STRICT, build, needs_gcc, record_type, run, stepped
+from c_controller_parts import RATE, ilc, ilc_program, trials
 
 import fesloop
-from controllers.c_export.ilc import LAWS, program
+from controllers.c_export.ilc import LAWS
 from controllers.ilc.block import Ilc
-from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_S, RateClock
-from fesloop.loop.signals import Sample
 
-RATE, PERIOD_NS = "50", NS_PER_S // 50
-
-
-def ilc(**changes: object) -> Ilc:
-    """The finger's controller, as shipped, with another law."""
-    return replace(fesloop.load("finger_ilc").wiring.node("controller").part, **{"law": "noilc"} | changes)
-
-
-def made(block: Ilc, *wired: str):
-    return program(block, Context("control", clock=RateClock.from_rate(RATE)), frozenset(wired))
-
-
-def trials(block: Ilc, kind: np.dtype, count: int, seed: int) -> np.ndarray:
-    """Records of trials on a finger that is 30 % stronger than its model, with late, noisy, lost and bad samples."""
-    rng = np.random.default_rng(seed)
-    plant = block.model.sampled(PERIOD_NS, 5_000_000)
-    context = Context("block", clock=RateClock.from_rate(RATE))
-    state, tick, rows = block.init(context), Tick(), []
-    steps = round(block.duration_s * 50) + 3
-    for trial in range(count):
-        if trial:
-            state = block.next_trial(state, context)
-            rows.append(np.zeros(1, kind))
-            rows[-1]["time_ns"] = NEXT_TRIAL
-        x, captured, records = np.zeros(len(plant.a)), -1, np.zeros(steps, kind)
-        bad = 0.4 if trial % 7 == 3 else 0.01
-        for k in range(steps):
-            now, record, y = k * PERIOD_NS, records[k], plant.c @ x + plant.offset
-            record["time_ns"] = now
-            record["reference"] = plant.offset + np.radians([8.0, 12.0, 6.0]) * (1.0 - np.cos(0.05 * k)) * (k < 250)
-            record["reference_newest_ns"] = now
-            if k > 2 and rng.random() > 0.05:
-                captured = now - 20_000_000 - int(rng.integers(0, 9_000_000))
-                measured = y + rng.normal(0.0, np.radians(0.3), 3)
-                if rng.random() < bad:
-                    measured[rng.integers(0, 3)] = np.nan
-            if captured >= 0:
-                record["measured"] = measured
-            record["measured_newest_ns"] = captured
-            tick.index, tick.time_ns = k, now
-            samples = [Sample(port.initial_value() if port.resolved else None, -1, -1, -1) for port in block.inputs]
-            samples[0] = Sample(np.array(record["reference"]), now, now, now)
-            samples[1] = Sample(np.array(record["measured"]), captured, captured, now if captured >= 0 else -1)
-            if "measured_sd" in kind.names:
-                record["measured_sd"], record["trusted"] = rng.uniform(0.0, 0.28, 3), rng.random() > 0.02
-                samples[2] = Sample(np.array(record["measured_sd"]), now, now, now)
-                samples[3] = Sample(float(record["trusted"]), now, now, now)
-            (pulses,) = block.step(state, samples, tick)
-            x = plant.a @ x + plant.b @ (1.3 * block.model.recruitment.fraction(pulses))
-        rows.append(records)
-    return np.concatenate(rows)
 
 
 def farthest(exported, block: Ilc, records: np.ndarray, binary) -> float:
@@ -82,7 +28,7 @@ def farthest(exported, block: Ilc, records: np.ndarray, binary) -> float:
 @pytest.mark.parametrize("law", LAWS)
 def test_an_hour_of_trials_is_the_blocks_to_the_last_digits(tmp_path, law):
     block = ilc(law=law, stop_after=0)
-    exported = made(block)
+    exported = ilc_program(block)
     records = trials(block, record_type(exported), 596, 1)  # of 6.04 s
     far = farthest(exported, block, records, build(exported, tmp_path, QUICK))
     print(f"{law}: greatest difference {far:.2g}")
@@ -96,7 +42,7 @@ def test_an_hour_of_trials_is_the_blocks_to_the_last_digits(tmp_path, law):
     ("phase_lead", {"gain": 1.0, "cutoff_hz": 0.0, "lead_ms": 60.0})])
 def test_some_trials_under_sanitizers_are_the_blocks(tmp_path, law, changes):
     block = ilc(law=law, duration_s=4.0, **changes)
-    exported = made(block, "measured_sd", "trusted")
+    exported = ilc_program(block, "measured_sd", "trusted")
     records = trials(block, record_type(exported), 9, 2)
     assert farthest(exported, block, records, build(exported, tmp_path, STRICT)) < 1e-9
 
@@ -106,4 +52,4 @@ def test_some_trials_under_sanitizers_are_the_blocks(tmp_path, law, changes):
     ({"trial_charge_max_uc": 500.0}, (), "control.trial_charge_max_uc"), ({}, ("force",), "control.force")])
 def test_what_c_lacks_is_refused(changes, wired, where):
     with pytest.raises(fesloop.InputError, match=f"{where}.*not available in C"):
-        made(ilc(**changes), *wired)
+        ilc_program(ilc(**changes), *wired)

@@ -2,78 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 from c_code_parts import QUICK, STRICT, build, needs_gcc, record_type, run, stepped
+from c_controller_parts import RATE, closed_loop, mpc, mpc_program
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fesloop
-from controllers.c_export.mpc import program
 from controllers.mpc.block import Mpc
 from controllers.mpc.memory import Memory
 from controllers.mpc.strength_adaptation import StrengthAdaptation
-from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_S, RateClock
-from fesloop.loop.signals import Sample
 
-RATE, PERIOD_NS, AGE_NS = "50", NS_PER_S // 50, 20_000_000
-
-
-def mpc(**changes: object) -> Mpc:
-    """The finger's controller, as shipped."""
-    return replace(fesloop.load("finger_control").wiring.node("controller").part, **changes)
-
-
-def made(block: Mpc, *wired: str):
-    return program(block, Context("control", clock=RateClock.from_rate(RATE)), frozenset(wired))
-
-
-def closed_loop(block: Mpc, kind: np.dtype, steps: int, seed: int) -> np.ndarray:
-    """Records of a run of the block on a finger that is 40 % stronger than its model, with a noisy sensor.
-
-    The reference asks for more than the finger can do; the sensor has pauses and values that are not finite.
-    """
-    rng = np.random.default_rng(seed)
-    plant = block.model.sampled(PERIOD_NS, 5_000_000)
-    records = np.zeros(steps + 1, kind)
-    t = np.arange(steps + 40) * 0.02
-    course = np.radians([30.0, 35.0, 20.0]) + np.radians([22.0, 28.0, 15.0]) * (
-        0.6 * np.sign(np.sin(0.9 * t)) + 0.4 * np.sin(2.3 * t))[:, None]
-    context = Context("block", clock=RateClock.from_rate(RATE))
-    state, tick, x, y = block.init(context), Tick(), np.zeros(len(plant.a)), plant.offset
-    captured, paused = -1, 0
-    for k in range(steps):
-        now = k * PERIOD_NS
-        record = records[k]
-        if "reference_preview" in kind.names:
-            record["reference_preview"] = course[k + 1:k + 1 + block.horizon]
-            record["reference_preview_newest_ns"] = now
-        else:
-            record["reference"], record["reference_newest_ns"] = course[k], now
-        record["time_ns"] = now
-        tick.index, tick.time_ns = k, now
-        samples = [Sample(port.initial_value() if port.resolved else None, -1, -1, -1) if port.name not in kind.names
-                   else Sample(np.array(record[port.name]), int(record[f"{port.name}_newest_ns"]),
-                               int(record[f"{port.name}_newest_ns"]), now) for port in block.inputs]
-        paused = rng.integers(10, 60) if paused == 0 and rng.random() < 0.002 else max(paused - 1, 0)
-        if k > 3 and not paused:
-            captured = now - AGE_NS - int(rng.integers(0, 9_000_000))
-            measured = y + rng.normal(0.0, np.radians(0.2), y.size)
-            if rng.random() < 0.001:
-                measured[0] = np.nan
-        if captured >= 0:
-            record["measured"] = measured
-        record["measured_newest_ns"] = captured
-        samples[2] = Sample(np.array(record["measured"]), captured, captured, now if captured >= 0 else -1)
-        (pulses,) = block.step(state, samples, tick)
-        drive = block.model.recruitment.fraction(pulses)
-        x = plant.a @ x + plant.b @ (1.4 * drive)
-        y = plant.c @ x + plant.offset
-    return records[:steps]
 
 
 BOXED = {"angle_max_deg": (45.0, 60.0, 90.0)}
@@ -93,7 +35,7 @@ def farthest(exported, block: Mpc, records: np.ndarray, binary) -> tuple[float, 
 @pytest.mark.parametrize("changes", [{}, BOXED], ids=["drives", "boxes"])
 def test_an_hour_is_the_blocks_to_the_last_digits(tmp_path, changes):
     block = mpc(**changes)
-    exported = made(block, "reference_preview")
+    exported = mpc_program(block, "reference_preview")
     records = closed_loop(block, record_type(exported), 3600 * 50, 1)
     far, statuses = farthest(exported, block, records, build(exported, tmp_path, QUICK))
     print(f"greatest difference {far:.2g}")
@@ -105,7 +47,7 @@ def test_an_hour_is_the_blocks_to_the_last_digits(tmp_path, changes):
 @pytest.mark.parametrize("wired", ["reference_preview", "reference"])
 def test_a_minute_under_sanitizers_is_the_blocks(tmp_path, wired):
     block = mpc(**BOXED, horizon=12, begin_s=0.3, compensate_age=False)
-    exported = made(block, wired)
+    exported = mpc_program(block, wired)
     records = closed_loop(block, record_type(exported), 1500, 2)
     assert farthest(exported, block, records, build(exported, tmp_path, STRICT))[0] < 1e-9
 
@@ -118,7 +60,7 @@ def test_where_the_programme_is_not_solved_in_time_the_last_solution_goes_on(tmp
     monkeypatch.setattr(design, "Qp", partial(design.Qp, max_iterations=6))
     monkeypatch.setattr(in_c, "DEFAULT_ITERATIONS", 6)
     block = mpc(horizon=14)
-    exported = made(block, "reference_preview")
+    exported = mpc_program(block, "reference_preview")
     records = closed_loop(block, record_type(exported), 600, 3)
     far, statuses = farthest(exported, block, records, build(exported, tmp_path, STRICT))
     assert far < 1e-9
@@ -133,7 +75,7 @@ def test_any_parameters_give_the_blocks_outputs(tmp_path_factory, horizon, slew,
                                                 seed):
     block = mpc(horizon=horizon, slew=slew, drive_max=drive_max, move_weight=move, actuation_delay_ms=delay_ms,
                 charge_rise_uc=rise_uc)
-    exported = made(block, "reference")
+    exported = mpc_program(block, "reference")
     records = closed_loop(block, record_type(exported), 300, seed)
     binary = build(exported, tmp_path_factory.mktemp("mpc"), QUICK)
     assert farthest(exported, block, records, binary)[0] < 1e-9
@@ -145,4 +87,4 @@ def test_any_parameters_give_the_blocks_outputs(tmp_path_factory, horizon, slew,
     ({}, ("force",), "control.force")])
 def test_what_c_lacks_is_refused(changes, wired, where):
     with pytest.raises(fesloop.InputError, match=f"{where}.* is .*not available in C"):
-        made(mpc(**changes), *wired)
+        mpc_program(mpc(**changes), *wired)

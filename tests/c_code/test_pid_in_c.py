@@ -5,48 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from c_code_parts import QUICK, STRICT, build, needs_gcc, record_type, run, stepped
+from c_controller_parts import RATE, hour, pid, pid_program
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.c_export.pid import program
 from controllers.pid.block import Pid
-from fesloop.loop.block import Context
-from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.loop.clock import NS_PER_S
 from fesloop.models.linear_model import Recruitment
 
 pytestmark = needs_gcc
-RATE = "50"
-
-
-def pid(**changes: object) -> Pid:
-    return Pid(**{
-        "kp": (1.2, 0.8), "ki": (2.0, 1.5), "kd": (0.05, 0.02), "mixing": ((0.7, 0.1), (-0.6, 0.3), (0.2, -0.9)),
-        "bias": (0.1, 0.1, 0.0), "current_ma": (30.0, 25.0, 40.0),
-        "recruitment": Recruitment(threshold_ma=(8.0, 9.0, 12.0), spread=(0.3, 0.25, 0.4))} | changes)
-
-
-def made(block: Pid, rate: str = RATE):
-    return program(block, Context("control", clock=RateClock.from_rate(rate)))
-
-
-def hour(kind: np.dtype, seconds: int, rng: np.random.Generator) -> np.ndarray:
-    """Records of a slowly moving hand with noise, steps of the reference, and pauses of the sensor."""
-    steps = seconds * 50
-    t = np.arange(steps) / 50.0
-    records = np.zeros(steps, kind)
-    records["time_ns"] = np.arange(steps) * (NS_PER_S // 50)
-    records["reference_newest_ns"] = records["time_ns"]
-    records["reference"] = 0.5 + 0.3 * np.sign(np.sin(0.7 * t))[:, None]
-    records["measured"] = 0.5 + 0.4 * np.sin(0.7 * t - 0.4)[:, None] + rng.normal(0.0, 0.02, (steps, 2))
-    records["measured_newest_ns"] = np.where(np.arange(steps) < 20, -1, records["time_ns"] - 20_000_000)
-    records["measured"][rng.integers(0, steps, steps // 500)] = np.nan
-    return records
 
 
 @pytest.mark.parametrize("curve", ["lognormal", "linear"])
 def test_an_hour_is_the_blocks_to_the_last_digits(tmp_path, curve):
     block = pid(recruitment_curve=curve)
-    exported = made(block)
+    exported = pid_program(block)
     records = hour(record_type(exported), 3600, np.random.default_rng(1))
     ours = run(build(exported, tmp_path, STRICT), exported, records)[:, 1:]
     theirs = stepped(block, exported, RATE, records)
@@ -65,7 +38,7 @@ def test_any_parameters_give_the_blocks_outputs(tmp_path_factory, data):
                 derivative_filter_ms=data.draw(st.floats(0.0, 200.0)),
                 recruitment_curve=data.draw(st.sampled_from(["lognormal", "linear"])),
                 recruitment=Recruitment(threshold_ma=(9.0,) * muscles, spread=(0.3,) * muscles))
-    exported = made(block)
+    exported = pid_program(block)
     records = np.zeros(300, record_type(exported))
     records["time_ns"] = records["measured_newest_ns"] = np.arange(300) * (NS_PER_S // 50)
     rng = np.random.default_rng(data.draw(st.integers(0, 999)))
