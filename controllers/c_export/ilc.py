@@ -98,7 +98,8 @@ def program(block: Ilc, context: Context, wired: frozenset[str] = frozenset()) -
         operations=Operations(
             pulses + 2 * outputs, common.ALLOCATION_CALLS * muscles,
             (f"pulses: {common.ALLOCATION_FLOPS} and {common.ALLOCATION_CALLS} calls for each muscle",
-             f"block_next_trial: {between}, once a trial; every loop has a fixed number of passes")),
+             f"block_next_trial: {between}, once a trial; every loop has a fixed number of passes"),
+            between),
         between=("/* Learn from the trial that has ended; the next step is the first one of the next trial. */",
                  "void block_next_trial(block_state *state);"))
 

@@ -63,6 +63,10 @@ def write_fmu(program: Program, clock: RateClock, target: Path) -> str:
     sources = (f"{program.name}.c", "fmi2_block.c")
     files["modelDescription.xml"] = _description(program, variables, clock, guid, sources)
     files[f"binaries/{platform()}/{program.name}.so"] = shared_library(compiler, files, sources, program.name)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise InputError(f"--out {target.parent}", f"cannot be made: {fault.strerror}", "a folder") from None
     write_archive(target, files)
     return guid
 

@@ -62,12 +62,14 @@ class Operations:
     Attributes
     ----------
     flops: of a step. calls: calls of exp, log, sqrt and erfc in a step.
+    between: operations between two trials, of a block that learns.
     terms: where the numbers come from, and what bounds the loops, a line each.
     """
 
     flops: int
     calls: int
     terms: tuple[str, ...]
+    between: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -222,15 +222,21 @@ def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_export(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("export", help="write a recording in the format of another tool")
-    command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
+    command = commands.add_parser("export", help="write a recording in the format of another tool, or a "
+                                  "controller as C or as an FMU")
+    command.add_argument("recording", metavar="RUN.h5|EXPERIMENT",
+                         help="a file that fesloop run wrote; for a block the name or path of an experiment")
     command.add_argument("--format", required=True, metavar="FORMAT",
-                         help="motion-bids, xdf, mat, mot, sto or csv")
+                         help="motion-bids, xdf, mat, mot, sto or csv; of a block c or fmu")
+    command.add_argument("--block", metavar="NAME", help="block of the experiment: a pid, ilc or mpc")
+    command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
+                         help="change a key of the experiment, as in fesloop run")
     command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: all)")
     command.add_argument("--signals", metavar="A.B,C.D",
                          help="signals (default: all that the format can hold)")
     command.add_argument("--out", metavar="PATH",
-                         help="new folder or, for one file, its name (default: exports/RUN-FORMAT)")
+                         help="new folder or, for one file, its name (default: exports/RUN-FORMAT, of a block "
+                         "exports/EXPERIMENT-BLOCK-FORMAT)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
