@@ -202,14 +202,17 @@ def _add_view(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("import", help="write a recording of inertial sensors, or of stimulated "
-                                  "muscle, as a file of fesloop's own")
+                                  "muscle, as a file of fesloop's own, or a system of FMUs as an experiment")
     command.add_argument("source", metavar="SOURCE",
                          help="XDF, Motion-BIDS (folder or *_motion.tsv), MATLAB 5 or 7.3, .npz, a table; of "
-                         "stimulated muscle: .npz of a published set, or TOML that describes tables")
-    command.add_argument("target", metavar="TARGET", nargs="?", help="the file to write, such as motion.h5")
+                         "stimulated muscle: .npz of a published set, or TOML that describes tables; "
+                         "a system of FMUs: .ssp")
+    command.add_argument("target", metavar="TARGET", nargs="?",
+                         help="the file to write, such as motion.h5; of an .ssp a new folder")
     command.add_argument("--out", metavar="TARGET", dest="out", help="the same")
     command.add_argument("--stimulation", action="store_true", help="SOURCE holds torque, force or movement "
                          "against pulse width and current (docs/howto/stimulation_recordings.md)")
+    command.add_argument("--rate", metavar="HZ", help="of an .ssp: communication points (default: 1000)")
     command.add_argument("--layout", metavar="FILE",
                          help="layout of SOURCE, for files that do not describe themselves; it may "
                          "name further files of the same recording (docs/files.md)")
