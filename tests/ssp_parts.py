@@ -49,8 +49,9 @@ def connection(source: str, target: str, inside: str = "", more: str = "") -> st
 
 def system(name: str, elements: Sequence[str], connections: Sequence[str], before: str = "") -> str:
     """A system; `before` are its connectors and parameters."""
-    return (f'<ssd:System name="{name}">{before}<ssd:Elements>{"".join(elements)}</ssd:Elements>'
-            f'<ssd:Connections>{"".join(connections)}</ssd:Connections></ssd:System>')
+    wires = f"<ssd:Connections>{''.join(connections)}</ssd:Connections>" if connections else ""
+    return (f'<ssd:System name="{name}">{before}<ssd:Elements>{"".join(elements)}</ssd:Elements>{wires}'
+            "</ssd:System>")
 
 
 def described(outermost: str, stop_s: float | None = 1.0, version: str = "1.0", name: str = "test") -> str:

@@ -194,7 +194,7 @@ def _tables(
         table = block | {
             "input_ports": inputs, "output_ports": outputs,
             "held_inputs": [] if inputs else [each.name for each in variables.values() if each.causality == "input"],
-            "starts": {name: _start(path, component, name, variables.get(name), *value)
+            "starts": {name: _start(path, component, name, variables, *value)
                        for name, value in component.parameters.items()}}
         blocks[nodes[component.path]] = {key: value for key, value in table.items() if value not in ([], {})}
     wires = [{"from": f"{nodes[source[0]]}.{ports[source]}", "to": f"{nodes[sink[0]]}.{ports[sink]}", "rate": rate}
@@ -226,9 +226,16 @@ def _conversion(
     return table
 
 
-def _start(path: Path, component: Component, name: str, variable: FmuVariable | None, value: Any, unit: str) -> Any:
+def _start(
+    path: Path, component: Component, name: str, variables: Mapping[str, FmuVariable], value: Any, unit: str
+) -> Any:
     """A start value in the variable's own unit."""
-    if variable is None or not unit or unit == variable.unit or not variable.unit:
+    variable = variables.get(name)
+    if variable is None:
+        raise InputError(f"{path}: parameter {component.name}.{name}", f"is no variable of {component.source}",
+                         ", ".join([each.name for each in variables.values()
+                                    if each.causality in ("parameter", "input")][:20]), did_you_mean(name, variables))
+    if not unit or unit == variable.unit or not variable.unit:
         return value
     ours = unit_of(unit)
     found = ours.to(variable.base) if ours is not None and variable.base is not None else None
