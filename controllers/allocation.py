@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 SQRT_HALF = math.sqrt(0.5)
 SQRT_TWO_PI = math.sqrt(2.0 * math.pi)
 LEAST_FRACTION = 1e-6
-"""Drive up to which there is no pulse: no muscle has a million axons, programmes are solved to 1e-6, and a drive
-that rounding leaves at 1e-17 in place of 0 would be a pulse of some us (chosen)."""
+"""Drive up to which there is no pulse: no muscle has a million axons, programmes are solved to 1e-6, and a
+drive that rounding leaves at 1e-17 in place of 0 would be a pulse of some us (chosen)."""
 LEAST_REACH = 0.01
 """Fraction of a muscle that its channel must be able to recruit (chosen: less shows a wrong current)."""
 

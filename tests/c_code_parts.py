@@ -1,4 +1,4 @@
-"""Runs exported C programmes: built with every warning and sanitizer, fed records, compared with their blocks."""
+"""Runs exported C programmes: built with every warning and sanitizer, and fed the records of blocks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-g", "
 QUICK = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2")
 NEXT_TRIAL = -2
 
-needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc builds the exported C, and is not there")
+needs_gcc = pytest.mark.skipif(
+    shutil.which("gcc") is None, reason="gcc builds the exported C, and is not there"
+)
 
 _MAIN = """
 #include <stdio.h>

@@ -23,10 +23,18 @@ RATE, PERIOD_NS, AGE_NS = "50", NS_PER_S // 50, 20_000_000
 
 
 def pid(**changes: object) -> Pid:
-    return Pid(**{
-        "kp": (1.2, 0.8), "ki": (2.0, 1.5), "kd": (0.05, 0.02), "mixing": ((0.7, 0.1), (-0.6, 0.3), (0.2, -0.9)),
-        "bias": (0.1, 0.1, 0.0), "current_ma": (30.0, 25.0, 40.0),
-        "recruitment": Recruitment(threshold_ma=(8.0, 9.0, 12.0), spread=(0.3, 0.25, 0.4))} | changes)
+    return Pid(
+        **{
+            "kp": (1.2, 0.8),
+            "ki": (2.0, 1.5),
+            "kd": (0.05, 0.02),
+            "mixing": ((0.7, 0.1), (-0.6, 0.3), (0.2, -0.9)),
+            "bias": (0.1, 0.1, 0.0),
+            "current_ma": (30.0, 25.0, 40.0),
+            "recruitment": Recruitment(threshold_ma=(8.0, 9.0, 12.0), spread=(0.3, 0.25, 0.4)),
+        }
+        | changes
+    )
 
 
 def pid_program(block: Pid, rate: str = RATE):
@@ -80,9 +88,17 @@ def closed_loop(block: Mpc, kind: np.dtype, steps: int, seed: int) -> np.ndarray
             record["reference"], record["reference_newest_ns"] = course[k], now
         record["time_ns"] = now
         tick.index, tick.time_ns = k, now
-        samples = [Sample(port.initial_value() if port.resolved else None, -1, -1, -1) if port.name not in kind.names
-                   else Sample(np.array(record[port.name]), int(record[f"{port.name}_newest_ns"]),
-                               int(record[f"{port.name}_newest_ns"]), now) for port in block.inputs]
+        samples = [
+            Sample(port.initial_value() if port.resolved else None, -1, -1, -1)
+            if port.name not in kind.names
+            else Sample(
+                np.array(record[port.name]),
+                int(record[f"{port.name}_newest_ns"]),
+                int(record[f"{port.name}_newest_ns"]),
+                now,
+            )
+            for port in block.inputs
+        ]
         paused = rng.integers(10, 60) if paused == 0 and rng.random() < 0.002 else max(paused - 1, 0)
         if k > 3 and not paused:
             captured = now - AGE_NS - int(rng.integers(0, 9_000_000))
@@ -110,7 +126,7 @@ def ilc_program(block: Ilc, *wired: str):
 
 
 def trials(block: Ilc, kind: np.dtype, count: int, seed: int) -> np.ndarray:
-    """Records of trials on a finger that is 30 % stronger than its model, with late, noisy, lost and bad samples."""
+    """Trials of a finger that is 30 % stronger than its model; samples are late, noisy, lost or bad."""
     rng = np.random.default_rng(seed)
     plant = block.model.sampled(PERIOD_NS, 5_000_000)
     context = Context("block", clock=RateClock.from_rate(RATE))
@@ -126,7 +142,9 @@ def trials(block: Ilc, kind: np.dtype, count: int, seed: int) -> np.ndarray:
         for k in range(steps):
             now, record, y = k * PERIOD_NS, records[k], plant.c @ x + plant.offset
             record["time_ns"] = now
-            record["reference"] = plant.offset + np.radians([8.0, 12.0, 6.0]) * (1.0 - np.cos(0.05 * k)) * (k < 250)
+            record["reference"] = plant.offset + np.radians([8.0, 12.0, 6.0]) * (1.0 - np.cos(0.05 * k)) * (
+                k < 250
+            )
             record["reference_newest_ns"] = now
             if k > 2 and rng.random() > 0.05:
                 captured = now - 20_000_000 - int(rng.integers(0, 9_000_000))
@@ -137,9 +155,13 @@ def trials(block: Ilc, kind: np.dtype, count: int, seed: int) -> np.ndarray:
                 record["measured"] = measured
             record["measured_newest_ns"] = captured
             tick.index, tick.time_ns = k, now
-            samples = [Sample(port.initial_value() if port.resolved else None, -1, -1, -1) for port in block.inputs]
+            samples = [
+                Sample(port.initial_value() if port.resolved else None, -1, -1, -1) for port in block.inputs
+            ]
             samples[0] = Sample(np.array(record["reference"]), now, now, now)
-            samples[1] = Sample(np.array(record["measured"]), captured, captured, now if captured >= 0 else -1)
+            samples[1] = Sample(
+                np.array(record["measured"]), captured, captured, now if captured >= 0 else -1
+            )
             if "measured_sd" in kind.names:
                 record["measured_sd"], record["trusted"] = rng.uniform(0.0, 0.28, 3), rng.random() > 0.02
                 samples[2] = Sample(np.array(record["measured_sd"]), now, now, now)

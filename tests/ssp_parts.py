@@ -6,11 +6,14 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-_HEAD = ('<?xml version="1.0" encoding="UTF-8"?>\n<ssd:SystemStructureDescription name="{name}" version="{version}"'
-         ' xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"'
-         ' xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"'
-         ' xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"'
-         ' xmlns:ssm="http://ssp-standard.org/SSP1/SystemStructureParameterMapping">\n')
+_HEAD = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n<ssd:SystemStructureDescription name="{name}"'
+    ' version="{version}"'
+    ' xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"'
+    ' xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"'
+    ' xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"'
+    ' xmlns:ssm="http://ssp-standard.org/SSP1/SystemStructureParameterMapping">\n'
+)
 
 
 def connectors(kinds: Mapping[str, str], units: Mapping[str, str] = {}) -> str:
@@ -26,9 +29,12 @@ def binding(values: Mapping[str, float], prefix: str = "", mapping: str = "") ->
     rows = "".join(f'<ssv:Parameter name="{name}"><ssv:Real value="{value!r}"/></ssv:Parameter>'
                    for name, value in values.items())
     own = f' prefix="{prefix}"' if prefix else ""
-    return (f'<ssd:ParameterBindings><ssd:ParameterBinding{own}><ssd:ParameterValues><ssv:ParameterSet version="1.0"'
-            f' name="values"><ssv:Parameters>{rows}</ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues>{mapping}'
-            "</ssd:ParameterBinding></ssd:ParameterBindings>")
+    return (
+        f'<ssd:ParameterBindings><ssd:ParameterBinding{own}><ssd:ParameterValues>'
+        f'<ssv:ParameterSet version="1.0" name="values"><ssv:Parameters>{rows}</ssv:Parameters>'
+        f"</ssv:ParameterSet></ssd:ParameterValues>{mapping}"
+        "</ssd:ParameterBinding></ssd:ParameterBindings>"
+    )
 
 
 def component(name: str, kinds: Mapping[str, str], source: str = "resources/lag.fmu", inside: str = "",

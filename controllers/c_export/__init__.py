@@ -1,1 +1,1 @@
-"""Controllers as C programmes: their constants, and the code that uses them, in the `.c` files of this folder."""
+"""Controllers as C programmes: their constants, and the code that uses them in the `.c` files here."""

@@ -21,13 +21,15 @@ from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import SampledModel
 
 LAWS = ("gradient", "noilc", "phase_lead")
-"""Laws without a quadratic programme over a whole trial, whose solution would be no closer than its tolerance."""
+"""Laws without a quadratic programme over a trial, whose solution would be no closer than its tolerance."""
 
 
 def _faults(block: Ilc, where: str, wired: frozenset[str]) -> Iterator[InputError]:
     """What the C programme lacks."""
     if block.law not in LAWS:
-        yield InputError(f"{where}.law", f'"{block.law}" is not available in C', ", ".join(LAWS), "choose one of them")
+        yield InputError(
+            f"{where}.law", f'"{block.law}" is not available in C', ", ".join(LAWS), "choose one of them"
+        )
     if block.bank:
         yield InputError(f"{where}.bank", "is not available in C", "one model", "remove it")
     if math.isfinite(block.trial_charge_max_uc):
@@ -49,8 +51,8 @@ class _Law(NamedTuple):
 def program(block: Ilc, context: Context, wired: frozenset[str] = frozenset()) -> Program:
     """The controller with the period of its clock; `wired` are the inputs that have a wire.
 
-    Raises InputError for laws that solve a quadratic programme over a trial or bend recruitment, for a bank of
-    models, a limit on charge over a trial, and contact.
+    Raises InputError for laws that solve a quadratic programme over a trial or bend recruitment, for a bank
+    of models, a limit on charge over a trial, and contact.
     """
     for fault in _faults(block, context.name, wired):
         raise fault
@@ -87,21 +89,40 @@ def program(block: Ilc, context: Context, wired: frozenset[str] = frozenset()) -
     pulses = common.ALLOCATION_FLOPS * muscles
     between = law.flops + samples * (outputs * 60 + muscles * 20)
     return Program(
-        name=context.name, period_ns=period, inputs=inputs, outputs=block.outputs, sizes=sizes,
-        title=f'Iterative learning control, law "{block.law}", of {outputs} outputs through {muscles} muscles in '
-              f'trials of {samples} ticks (fesloop block "ilc")',
-        state=(*_STATE, *law.state), settings=settings,
-        statuses={**dict((common.OK, common.SATURATED)), "NO_REFERENCE": "no finite reference: the tick does not count",
-                  "PAST_END": "the trial is longer than its drives: the last one is held"},
-        code=(common.head(), common.allocation_code(), template(common.PACKAGE, f"ilc_{block.law}.c"),
-              template(common.PACKAGE, "ilc.c")),
+        name=context.name,
+        period_ns=period,
+        inputs=inputs,
+        outputs=block.outputs,
+        sizes=sizes,
+        title=f'Iterative learning control, law "{block.law}", of {outputs} outputs through {muscles} '
+        f'muscles in trials of {samples} ticks (fesloop block "ilc")',
+        state=(*_STATE, *law.state),
+        settings=settings,
+        statuses={
+            **dict((common.OK, common.SATURATED)),
+            "NO_REFERENCE": "no finite reference: the tick does not count",
+            "PAST_END": "the trial is longer than its drives: the last one is held",
+        },
+        code=(
+            common.head(),
+            common.allocation_code(),
+            template(common.PACKAGE, f"ilc_{block.law}.c"),
+            template(common.PACKAGE, "ilc.c"),
+        ),
         operations=Operations(
-            pulses + 2 * outputs, common.ALLOCATION_CALLS * muscles,
-            (f"pulses: {common.ALLOCATION_FLOPS} and {common.ALLOCATION_CALLS} calls for each muscle",
-             f"block_next_trial: {between}, once a trial; every loop has a fixed number of passes"),
-            between),
-        between=("/* Learn from the trial that has ended; the next step is the first one of the next trial. */",
-                 "void block_next_trial(block_state *state);"))
+            pulses + 2 * outputs,
+            common.ALLOCATION_CALLS * muscles,
+            (
+                f"pulses: {common.ALLOCATION_FLOPS} and {common.ALLOCATION_CALLS} calls for each muscle",
+                f"block_next_trial: {between}, once a trial; every loop has a fixed number of passes",
+            ),
+            between,
+        ),
+        between=(
+            "/* Learn from the trial that has ended; the next step is the first one of the next trial. */",
+            "void block_next_trial(block_state *state);",
+        ),
+    )
 
 
 _STATE = (
@@ -110,7 +131,7 @@ _STATE = (
     "double first[BLOCK_SAMPLES][BLOCK_MUSCLES];   /* of the first trial */",
     "double best[BLOCK_SAMPLES][BLOCK_MUSCLES];    /* of the trial of least error */",
     "double least, before;                         /* rad, least error and that of the trial before */",
-    "int trials, worse, stopped;                   /* noted; successive worse ones; whether learning has ended */",
+    "int trials, worse, stopped;                   /* noted; successive worse ones; at its end */",
     "int64_t ticks_ns[BLOCK_SAMPLES], captured_ns[BLOCK_SAMPLES]; /* record of this trial */",
     "double measured[BLOCK_SAMPLES][BLOCK_OUTPUTS], reference[BLOCK_SAMPLES][BLOCK_OUTPUTS]; /* rad */",
     "unsigned char doubtful[BLOCK_SAMPLES][BLOCK_OUTPUTS], covered[BLOCK_SAMPLES][BLOCK_OUTPUTS];",
@@ -118,30 +139,44 @@ _STATE = (
     "double next[BLOCK_SAMPLES][BLOCK_MUSCLES], change[BLOCK_SAMPLES][BLOCK_MUSCLES];",
     "int64_t stamp_ns[BLOCK_SAMPLES];",
     "double knot[BLOCK_SAMPLES], value[BLOCK_SAMPLES], moment[BLOCK_SAMPLES], above[BLOCK_SAMPLES];",
-    f"double scratch[BLOCK_SAMPLES + {2 * PADDING}];")
+    f"double scratch[BLOCK_SAMPLES + {2 * PADDING}];",
+)
 
 
 def _law(block: Ilc, learning: Learning, model: SampledModel) -> _Law:
     states, muscles, outputs, samples = *model.b.shape, model.c.shape[0], learning.samples
     if block.law == "phase_lead":
         settings = [
-            f"#define LEAD {learning.lead} /* ticks */", define("LEARNING_GAIN", learning.gain, "share of the error"),
+            f"#define LEAD {learning.lead} /* ticks */",
+            define("LEARNING_GAIN", learning.gain, "share of the error"),
             array("STATIC_INVERSE", np.linalg.pinv(static_gain(model)), "drives per rad in steady state"),
             f"#define LOW_PASS {int(learning.cutoff > 0.0)} /* 1: drives are low-passed */",
-            f"#define PADDING {min(PADDING, samples - 1)} /* samples by which a trial is extended */"]
+            f"#define PADDING {min(PADDING, samples - 1)} /* samples by which a trial is extended */",
+        ]
         if learning.cutoff > 0.0:
             section = low_pass(learning.cutoff)
-            settings += [array("SECTION", section[0], f"b0 b1 b2 a0 a1 a2 of the low-pass, {block.cutoff_hz:g} Hz"),
-                         array("SECTION_STEADY", sosfilt_zi(section)[0], "its state for an input of 1")]
+            settings += [
+                array("SECTION", section[0], f"b0 b1 b2 a0 a1 a2 of the low-pass, {block.cutoff_hz:g} Hz"),
+                array("SECTION_STEADY", sosfilt_zi(section)[0], "its state for an input of 1"),
+            ]
         return _Law(tuple(settings), (), samples * muscles * (3 * outputs + 20) + 40 * PADDING * muscles)
-    matrices = (array("MODEL_A", model.a, "sampled model: states from states"),
-                array("MODEL_B", model.b, "states from drives"), array("MODEL_C", model.c, "outputs from states"))
+    matrices = (
+        array("MODEL_A", model.a, "sampled model: states from states"),
+        array("MODEL_B", model.b, "states from drives"),
+        array("MODEL_C", model.c, "outputs from states"),
+    )
     if block.law == "gradient":
         gain = learning.step / strongest(model, learning.weights())
-        return _Law((define("LEARNING_GAIN", gain, "step over the greatest eigenvalue of G'WG"), *matrices), (),
-                    samples * states * (3 * muscles + 2 * states + 3 * outputs))
-    flops = samples * (2 * states**2 * (4 * muscles + 2 * states + 2 * outputs) + 2 * muscles**2 * (states + muscles)
-                       + states * (8 * muscles + 8 * states + 4 * outputs))
+        return _Law(
+            (define("LEARNING_GAIN", gain, "step over the greatest eigenvalue of G'WG"), *matrices),
+            (),
+            samples * states * (3 * muscles + 2 * states + 3 * outputs),
+        )
+    flops = samples * (
+        2 * states**2 * (4 * muscles + 2 * states + 2 * outputs)
+        + 2 * muscles**2 * (states + muscles)
+        + states * (8 * muscles + 8 * states + 4 * outputs)
+    )
     return _Law((define("CHANGE_WEIGHT", learning.change_weight, "rho, per drive squared"), *matrices),
                 ("double gains[BLOCK_SAMPLES][BLOCK_MUSCLES][BLOCK_STATES], "
                  "forward[BLOCK_SAMPLES][BLOCK_MUSCLES];",), flops)

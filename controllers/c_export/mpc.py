@@ -22,17 +22,25 @@ _PIVOT_LEAST, _MULTIPLIER, _DIRECTION = 3.7e-11, 1e-12, 1e-11
 """Tolerances of daqp 0.11, so that both solvers pass the same working sets."""
 _SOURCES = ("risen.c", "observer.c", "quadratic_programme.c", "mpc.c")
 _STATUSES = {
-    "STALE_INPUT": "the newest capture is too old", "INFEASIBLE": "no drives within the limits",
-    "ITERATION_LIMIT": "the programme was not solved in time", "INACCURATE": "the solution is not within the limits"}
+    "STALE_INPUT": "the newest capture is too old",
+    "INFEASIBLE": "no drives within the limits",
+    "ITERATION_LIMIT": "the programme was not solved in time",
+    "INACCURATE": "the solution is not within the limits",
+}
 
 
 def _faults(block: Mpc, where: str, wired: frozenset[str]) -> Iterator[InputError]:
     """What the C programme lacks."""
     for key, given, remedy in (
-            ("adaptation", block.adaptation is not None, "remove it; identify the patient's model first"),
-            ("memory", block.memory is not None, "remove it"),
-            ("horizon_charge_max_uc", math.isfinite(block.horizon_charge_max_uc), "limit charge in the safety block"),
-            ("solver", block.solver != "daqp", 'set solver = "daqp"')):
+        ("adaptation", block.adaptation is not None, "remove it; identify the patient's model first"),
+        ("memory", block.memory is not None, "remove it"),
+        (
+            "horizon_charge_max_uc",
+            math.isfinite(block.horizon_charge_max_uc),
+            "limit charge in the safety block",
+        ),
+        ("solver", block.solver != "daqp", 'set solver = "daqp"'),
+    ):
         if given:
             yield InputError(f"{where}.{key}", "is not available in C", "a controller without it", remedy)
     if "force" in wired:
@@ -62,10 +70,15 @@ def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -
     preview = source == "reference_preview"
     settings = (
         *(f"#define {name} {value}" for name, value in sizes.items()),
-        f"#define BOXES {rows - drives}", f"#define STORED {stored}", "#define PRESENT (STATES + STORED * MUSCLES)",
-        "#define KNOWN (PRESENT + HORIZON * OUTPUTS + MUSCLES)", f"#define RUNGS {observer.ladder.shape[0]}", "",
-        f"#define REFERENCE_AT(in, step, output) (in)->{source}{'[step]' if preview else ''}[output] /* rad */",
-        f"#define REFERENCE_NEWEST_NS {source}_newest_ns", "",
+        f"#define BOXES {rows - drives}",
+        f"#define STORED {stored}",
+        "#define PRESENT (STATES + STORED * MUSCLES)",
+        "#define KNOWN (PRESENT + HORIZON * OUTPUTS + MUSCLES)",
+        f"#define RUNGS {observer.ladder.shape[0]}",
+        "",
+        f"#define REFERENCE_AT(in, step, output) (in)->{source}{'[step]' if preview else ''}[output]",
+        f"#define REFERENCE_NEWEST_NS {source}_newest_ns",
+        "",
         define("SLEW", block.slew, "greatest change of a drive from tick to tick"),
         define("CHARGE_RISE_C", 1e-6 * block.charge_rise_uc, "C, greatest rise of charge per phase a tick"),
         f"#define DELAY_NS INT64_C({observer.delay_ns}) /* ns, from a drive to its effect */",
@@ -73,23 +86,36 @@ def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -
         define("HOLD_MS", block.hold_ms, "ms for which the drive is held without a usable measurement"),
         define("RAMP_MS", max(block.ramp_ms, 1e-9), "ms in which it then falls to 0"),
         define("BEGIN_S", block.begin_s, "s before which nothing is commanded"),
-        define("COMPENSATE_AGE", int(block.compensate_age), "1: predict across the age of a measurement"), "",
+        define("COMPENSATE_AGE", int(block.compensate_age), "1: predict across the age of a measurement"),
+        "",
         define("ITERATIONS_MAX", DEFAULT_ITERATIONS, "working sets tried in a step"),
         define("REFRESH", DEFAULT_REFRESH, "solves from one factorisation to the next"),
         define("BOUND_TOLERANCE", DEFAULT_TOLERANCE, "tolerated violation of a bound"),
-        define("ACCEPTED", SLACK * DEFAULT_TOLERANCE, "violation, relative to 1 + |bound|, of an accepted solution"),
+        define(
+            "ACCEPTED",
+            SLACK * DEFAULT_TOLERANCE,
+            "violation, relative to 1 + |bound|, of an accepted solution",
+        ),
         define("PIVOT_LEAST", _PIVOT_LEAST, "pivot below which a working set is dependent"),
         define("MULTIPLIER_TOLERANCE", _MULTIPLIER, "tolerated multiplier of the wrong sign"),
-        define("DIRECTION_TOLERANCE", _DIRECTION, "the same in a direction of a dependent set"), "",
+        define("DIRECTION_TOLERANCE", _DIRECTION, "the same in a direction of a dependent set"),
+        "",
         array("DRIVE_GREATEST", block.reach(), "greatest drive of each muscle"),
         *common.allocation_settings(block.allocation()),
         array("OFFSET", observer.offset, "rad, outputs at rest"),
         array("OUTPUT_MAP", observer.c, "outputs from states"),
         array("OBSERVER_GAIN", observer.gain, "states, then disturbances, per rad of innovation"),
-        array("LADDER", observer.ladder, "transposed transition over 1, 2, 4 ... 512 ns, as many us, ms, a period"),
-        array("FREE", plan.free, "optimal drives without limits, from states, offset less reference, last drive"),
+        array(
+            "LADDER",
+            observer.ladder,
+            "transposed transition over 1, 2, 4 ... 512 ns, as many us, ms, a period",
+        ),
+        array(
+            "FREE", plan.free, "optimal drives without limits, from states, offset less reference, last drive"
+        ),
         array("LENGTH", length, "length of each row of the constraints in u"),
-        array("CONSTRAINT", constraint, "unknowns, then rows, from u = R z; unit length"))
+        array("CONSTRAINT", constraint, "unknowns, then rows, from u = R z; unit length"),
+    )
     if rows > drives:
         settings += (
             define("KNEE_RAD", KNEE_RAD, "rad, excess of a box at which its price has doubled"),
@@ -97,14 +123,24 @@ def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -
             array("BOX_LEAST", plan.boxes[:, 1], "rad"), array("BOX_GREATEST", plan.boxes[:, 2], "rad"),
             array("BOX_ROW", plan.rows[drives:], "angles from the unknowns"))
     return Program(
-        name=context.name, period_ns=period, inputs=inputs, outputs=block.outputs, sizes=sizes,
-        title=f"Predictive control of {outputs} outputs through {muscles} muscles over {horizon} periods (fesloop "
-              'block "mpc")',
-        state=_state(), statuses={**dict((common.OK, common.NO_INPUT, common.SATURATED, common.NON_FINITE)),
-                                  **_STATUSES},
-        settings=settings, operations=_operations(block, period, sizes, known, observer.ladder.shape[0]),
-        code=(common.head(), common.allocation_code(), *(template(common.PACKAGE, name) for name in _SOURCES)),
-        types=_QP)
+        name=context.name,
+        period_ns=period,
+        inputs=inputs,
+        outputs=block.outputs,
+        sizes=sizes,
+        title=f"Predictive control of {outputs} outputs through {muscles} muscles over {horizon} periods "
+        '(fesloop block "mpc")',
+        state=_state(),
+        statuses={**dict((common.OK, common.NO_INPUT, common.SATURATED, common.NON_FINITE)), **_STATUSES},
+        settings=settings,
+        operations=_operations(block, period, sizes, known, observer.ladder.shape[0]),
+        code=(
+            common.head(),
+            common.allocation_code(),
+            *(template(common.PACKAGE, name) for name in _SOURCES),
+        ),
+        types=_QP,
+    )
 
 
 def normalised(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
@@ -115,27 +151,32 @@ def normalised(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
     return rows / length[:, np.newaxis], length
 
 
-_QP = ("typedef struct {",
-       "    int count, solves;                             /* of the working set; since it was factorised */",
-       "    int set[BLOCK_UNKNOWNS + 1], side[BLOCK_BOUNDS]; /* rows in it; 1 at the upper bound, -1 at the lower */",
-       "    double multiplier[BLOCK_UNKNOWNS + 1], target[BLOCK_UNKNOWNS + 1];",
-       "    double lower[(BLOCK_UNKNOWNS + 1) * BLOCK_UNKNOWNS / 2], pivot[BLOCK_UNKNOWNS + 1]; /* L, D */",
-       "    double u[BLOCK_UNKNOWNS], low[BLOCK_BOUNDS], high[BLOCK_BOUNDS], scratch[BLOCK_UNKNOWNS + 1];",
-       "} block_qp;", "")
+_QP = (
+    "typedef struct {",
+    "    int count, solves;                             /* of the working set; since it was factorised */",
+    "    int set[BLOCK_UNKNOWNS + 1], side[BLOCK_BOUNDS]; /* rows in it; 1: upper bound, -1: lower */",
+    "    double multiplier[BLOCK_UNKNOWNS + 1], target[BLOCK_UNKNOWNS + 1];",
+    "    double lower[(BLOCK_UNKNOWNS + 1) * BLOCK_UNKNOWNS / 2], pivot[BLOCK_UNKNOWNS + 1]; /* L, D */",
+    "    double u[BLOCK_UNKNOWNS], low[BLOCK_BOUNDS], high[BLOCK_BOUNDS], scratch[BLOCK_UNKNOWNS + 1];",
+    "} block_qp;",
+    "",
+)
 
 
 def _state() -> tuple[str, ...]:
-    return ("int64_t at_ns;                       /* instant of the estimate: the newest capture */",
-            "double x[BLOCK_STATES];              /* estimate at that instant */",
-            "double disturbance[BLOCK_OUTPUTS];   /* rad, of the outputs */",
-            "int64_t stamps[BLOCK_KEPT];          /* instants of the last drives, oldest first, and the drives */",
-            "double issued[BLOCK_KEPT][BLOCK_MUSCLES];",
-            "double drive[BLOCK_MUSCLES], pulses[BLOCK_MUSCLES][2]; /* present ones; A and s */",
-            "double planned[BLOCK_DRIVES];        /* last solution */",
-            "int used;                            /* steps of it that have been issued; 0: there is none */",
-            "int64_t held_ns;                     /* since when the drive is held or ramped, and from which value */",
-            "double held[BLOCK_MUSCLES];",
-            "block_qp qp;")
+    return (
+        "int64_t at_ns;                       /* instant of the estimate: the newest capture */",
+        "double x[BLOCK_STATES];              /* estimate at that instant */",
+        "double disturbance[BLOCK_OUTPUTS];   /* rad, of the outputs */",
+        "int64_t stamps[BLOCK_KEPT];          /* instants of the last drives, oldest first */",
+        "double issued[BLOCK_KEPT][BLOCK_MUSCLES];",
+        "double drive[BLOCK_MUSCLES], pulses[BLOCK_MUSCLES][2]; /* present ones; A and s */",
+        "double planned[BLOCK_DRIVES];        /* last solution */",
+        "int used;                            /* steps of it that have been issued; 0: there is none */",
+        "int64_t held_ns;                     /* since when the drive is held or ramped, and from what */",
+        "double held[BLOCK_MUSCLES];",
+        "block_qp qp;",
+    )
 
 
 def _operations(block: Mpc, period: int, sizes: dict[str, int], known: int, rungs: int) -> Operations:
@@ -155,11 +196,15 @@ def _operations(block: Mpc, period: int, sizes: dict[str, int], known: int, rung
     last = n * (2 * n + 1) + active * (2 * active + 4 * n + 1)
     total = observer + assembly + start + DEFAULT_ITERATIONS * iteration + last + pulses
     return Operations(
-        total, (common.ALLOCATION_CALLS + 4) * muscles,
-        (f"estimate and prediction: {observer}, for captures at most {block.max_age_ms:g} ms apart; each further "
-         f"period between two captures takes {rung}",
-         f"programme of {n} unknowns and {bounds} bounds: {assembly}",
-         f"its solution: {start} once in {DEFAULT_REFRESH} solves, {last} at its end, and {iteration} for each of less than "
-         f"ITERATIONS_MAX = {DEFAULT_ITERATIONS} working sets; a smaller ITERATIONS_MAX bounds it further, and the "
-         "last solution goes on where it is passed",
-         f"pulses: {pulses}"))
+        total,
+        (common.ALLOCATION_CALLS + 4) * muscles,
+        (
+            f"estimate and prediction: {observer}, for captures at most {block.max_age_ms:g} ms apart; each "
+            f"further period between two captures takes {rung}",
+            f"programme of {n} unknowns and {bounds} bounds: {assembly}",
+            f"its solution: {start} once in {DEFAULT_REFRESH} solves, {last} at its end, and {iteration} "
+            f"for each of less than ITERATIONS_MAX = {DEFAULT_ITERATIONS} working sets; a smaller one "
+            "bounds it further, and the last solution goes on where it is passed",
+            f"pulses: {pulses}",
+        ),
+    )

@@ -27,16 +27,28 @@ def program(block: Pid, context: Context, wired: frozenset[str] = frozenset()) -
         *common.allocation_settings(allocation))
     law = 2 + joints * (13 + 2 * muscles + 7 * muscles) + 3 * muscles
     return Program(
-        name=context.name, title=f"PID of {joints} joints through {muscles} muscles (fesloop block \"pid\")",
-        period_ns=period_ns(context), inputs=block.inputs, outputs=block.outputs,
-        state=(f"double integral[{joints}];   /* drive */", f"double derivative[{joints}]; /* drive, filtered */",
-               f"double previous[{joints}];   /* rad, measurement of the step before */",
-               "int primed;                  /* whether there was one */"),
+        name=context.name,
+        title=f'PID of {joints} joints through {muscles} muscles (fesloop block "pid")',
+        period_ns=period_ns(context),
+        inputs=block.inputs,
+        outputs=block.outputs,
+        state=(
+            f"double integral[{joints}];   /* drive */",
+            f"double derivative[{joints}]; /* drive, filtered */",
+            f"double previous[{joints}];   /* rad, measurement of the step before */",
+            "int primed;                  /* whether there was one */",
+        ),
         sizes={"JOINTS": joints, "MUSCLES": muscles},
         statuses=dict((common.OK, common.NO_INPUT, common.SATURATED, common.NON_FINITE)),
-        settings=settings, code=(common.head(), common.allocation_code(), template(common.PACKAGE, "pid.c")),
+        settings=settings,
+        code=(common.head(), common.allocation_code(), template(common.PACKAGE, "pid.c")),
         operations=Operations(
-            law + common.ALLOCATION_FLOPS * muscles, common.ALLOCATION_CALLS * muscles,
-            (f"the law: {law}, for {joints} joints and {muscles} muscles",
-             f"pulses: {common.ALLOCATION_FLOPS} and {common.ALLOCATION_CALLS} calls for each muscle",
-             "every loop has a fixed number of passes")))
+            law + common.ALLOCATION_FLOPS * muscles,
+            common.ALLOCATION_CALLS * muscles,
+            (
+                f"the law: {law}, for {joints} joints and {muscles} muscles",
+                f"pulses: {common.ALLOCATION_FLOPS} and {common.ALLOCATION_CALLS} calls for each muscle",
+                "every loop has a fixed number of passes",
+            ),
+        ),
+    )

@@ -1,4 +1,4 @@
-"""Functions of the commands of the same names: `fesloop.run`, `study`, `report`, `film`, `identify`, `export_block`."""
+"""Functions of commands: `fesloop.run`, `study`, `report`, `film`, `identify`, `export_block`."""
 
 from __future__ import annotations
 

@@ -11,7 +11,14 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from fesloop.c_code.build import BASE_UNITS, find_compiler, fmi_headers, platform, shared_library, write_archive
+from fesloop.c_code.build import (
+    BASE_UNITS,
+    find_compiler,
+    fmi_headers,
+    platform,
+    shared_library,
+    write_archive,
+)
 from fesloop.c_code.program import Program, template
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S, RateClock
@@ -38,8 +45,12 @@ def write_fmu(program: Program, clock: RateClock, target: Path) -> str:
     cannot be written, and without a C compiler; RunError if the compiler fails.
     """
     if program.between:
-        raise InputError(f"block {program.name}", "learns between trials, for which an FMU has no call", "format c",
-                         "export it as C")
+        raise InputError(
+            f"block {program.name}",
+            "learns between trials, for which an FMU has no call",
+            "format c",
+            "export it as C",
+        )
     compiler = find_compiler()
     if compiler is None:
         raise InputError("format fmu", NO_COMPILER, "one", "install gcc, or export C sources with --format c")
@@ -125,15 +136,32 @@ def _description(program: Program, variables: list[_Variable], clock: RateClock,
     units = SubElement(root, "UnitDefinitions")
     for name in sorted({each.unit for each in variables}):
         SubElement(SubElement(units, "Unit", {"name": name}), "BaseUnit", BASE_UNITS[name])
-    SubElement(root, "DefaultExperiment", {
-        "startTime": "0", "stopTime": "10", "stepSize": repr(clock.period_num / (clock.period_den * NS_PER_S))})
+    SubElement(
+        root,
+        "DefaultExperiment",
+        {
+            "startTime": "0",
+            "stopTime": "10",
+            "stepSize": repr(clock.period_num / (clock.period_den * NS_PER_S)),
+        },
+    )
     listed = SubElement(root, "ModelVariables")
     for reference, each in enumerate(variables):
         kind = "fixed" if each.causality == "parameter" else "discrete"
-        entry = SubElement(listed, "ScalarVariable", {
-            "name": each.name, "valueReference": str(reference), "causality": each.causality, "variability": kind,
-            "description": each.description})
-        SubElement(entry, "Real", {"unit": each.unit} | ({} if each.start is None else {"start": repr(each.start)}))
+        entry = SubElement(
+            listed,
+            "ScalarVariable",
+            {
+                "name": each.name,
+                "valueReference": str(reference),
+                "causality": each.causality,
+                "variability": kind,
+                "description": each.description,
+            },
+        )
+        SubElement(
+            entry, "Real", {"unit": each.unit} | ({} if each.start is None else {"start": repr(each.start)})
+        )
     structure = SubElement(root, "ModelStructure")
     for name in ("Outputs", "InitialUnknowns"):
         unknowns = SubElement(structure, name)

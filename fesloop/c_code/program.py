@@ -21,10 +21,11 @@ from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port
 
-KEYWORDS = frozenset(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long "
-    "register restrict return short signed sizeof static struct switch typedef union unsigned void volatile "
-    "while block main".split())
+KEYWORDS = frozenset((
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
+    "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short",
+    "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile",
+    "while", "block", "main"))
 """Words of C, and those of the templates, that are no name of a programme."""
 
 
@@ -107,8 +108,12 @@ class Program:
 
     def __post_init__(self) -> None:
         if self.name in KEYWORDS or not re.fullmatch(r"[a-z][a-z0-9_]*", self.name):
-            raise InputError(f"block {self.name}", "is no name of C functions", "lower-case letters, digits and "
-                             "underscores, no keyword of C", "rename the block in the experiment")
+            raise InputError(
+                f"block {self.name}",
+                "is no name of C functions",
+                "lower-case letters, digits and underscores, no keyword of C",
+                "rename the block in the experiment",
+            )
 
     def files(self) -> dict[str, str]:
         """Text of each file, by name."""
@@ -123,20 +128,37 @@ class Program:
     def _header(self) -> str:
         operations = self.operations
         comment = [
-            f"{self.title}", "",
-            f"Call block_init once, then block_step at every tick, {self.period_ns} ns apart; time_ns counts from "
-            "the first tick. Nothing is allocated, and all memory is in block_state: several controllers may run "
-            "beside each other.", "",
+            f"{self.title}",
+            "",
+            f"Call block_init once, then block_step at every tick, {self.period_ns} ns apart; time_ns counts "
+            "from the first tick. Nothing is allocated, and all memory is in block_state: several "
+            "controllers may run beside each other.",
+            "",
             f"Worst case of a step: {operations.flops} operations on doubles (sums, products, quotients, "
-            f"comparisons) and {operations.calls} calls of exp, log, sqrt or erfc:"]
+            f"comparisons) and {operations.calls} calls of exp, log, sqrt or erfc:",
+        ]
         lines = [piece for line in comment for piece in (textwrap.wrap(line, 104) or [""])]
         for term in operations.terms:
             lines += textwrap.wrap(f"- {term}", 104, subsequent_indent="  ")
-        body = ["/*", *(f" * {line}".rstrip() for line in lines), " */", "#ifndef BLOCK_H", "#define BLOCK_H", "",
-                "#include <stdint.h>", "", "enum {"]
+        body = [
+            "/*",
+            *(f" * {line}".rstrip() for line in lines),
+            " */",
+            "#ifndef BLOCK_H",
+            "#define BLOCK_H",
+            "",
+            "#include <stdint.h>",
+            "",
+            "enum {",
+        ]
         body += [f"    BLOCK_{name} = {value}," for name, value in self.sizes.items()]
-        body += ["    BLOCK_NEVER = -1 /* instant of the newest capture of an input that has not arrived */", "};",
-                 "", "/* what block_step returns */", "enum {"]
+        body += [
+            "    BLOCK_NEVER = -1 /* instant of the newest capture of an input that has not arrived */",
+            "};",
+            "",
+            "/* what block_step returns */",
+            "enum {",
+        ]
         body += [f"    BLOCK_{name}{',' if i + 1 < len(self.statuses) else ''} /* {meaning} */"
                  for i, (name, meaning) in enumerate(self.statuses.items())]
         body += ["};", "", "typedef struct {", "    int64_t time_ns; /* instant of this step */"]
@@ -145,21 +167,42 @@ class Program:
                      f"    int64_t {port.name}_newest_ns; /* its newest capture, ns; BLOCK_NEVER: none */"]
         body += ["} block_inputs;", "", "typedef struct {"]
         body += [f"    double {port.name}{_sizes(port)}; /* {_units(port)} */" for port in self.outputs]
-        body += ["} block_outputs;", "", *self.types, "typedef struct {", *(f"    {line}" for line in self.state),
-                 "} block_state;", "", "/* State at rest, before the first tick. */",
-                 "void block_init(block_state *state);", "",
-                 "/* Fill the outputs of a tick; returns a status from above. */",
-                 "int block_step(block_state *state, const block_inputs *in, block_outputs *out);"]
+        body += [
+            "} block_outputs;",
+            "",
+            *self.types,
+            "typedef struct {",
+            *(f"    {line}" for line in self.state),
+            "} block_state;",
+            "",
+            "/* State at rest, before the first tick. */",
+            "void block_init(block_state *state);",
+            "",
+            "/* Fill the outputs of a tick; returns a status from above. */",
+            "int block_step(block_state *state, const block_inputs *in, block_outputs *out);",
+        ]
         if self.between:
             body += ["", *self.between]
         return "\n".join([*body, "", "#endif", ""])
 
     def _settings(self) -> str:
         period = define("PERIOD_S", self.period_ns / NS_PER_S, "s, from tick to tick")
-        return "\n".join([f"/* Settings of block_step: {self.title} */", "#ifndef BLOCK_SETTINGS_H",
-                          "#define BLOCK_SETTINGS_H", "", "#include <math.h>", "", period,
-                          f"#define PERIOD_NS INT64_C({self.period_ns}) /* ns */", *self.settings, "", "#endif",
-                          ""])
+        return "\n".join(
+            [
+                f"/* Settings of block_step: {self.title} */",
+                "#ifndef BLOCK_SETTINGS_H",
+                "#define BLOCK_SETTINGS_H",
+                "",
+                "#include <math.h>",
+                "",
+                period,
+                f"#define PERIOD_NS INT64_C({self.period_ns}) /* ns */",
+                *self.settings,
+                "",
+                "#endif",
+                "",
+            ]
+        )
 
 
 def _sizes(port: Port) -> str:

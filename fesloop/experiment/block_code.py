@@ -56,7 +56,8 @@ def export_code(
     ----------
     block: name of the block in the experiment.
     form: "c" for a folder of C sources, "fmu" for an FMU (FMI 2.0 co-simulation), which needs a C compiler.
-    out: new folder; for an FMU a file ending in .fmu, or a folder for it. None: exports/EXPERIMENT-BLOCK-FORM.
+    out: new folder; for an FMU a file ending in .fmu, or a folder for it; None: the folder
+        exports/EXPERIMENT-BLOCK-FORM.
 
     Raises InputError as `program_of` does, and for a target that exists or cannot be written; RunError if the
     compiler fails.

@@ -105,7 +105,7 @@ def _extract(file: IO[bytes], path: Path) -> Path:
 
 
 def require_safe(archive: zipfile.ZipFile, path: Path) -> None:
-    """Raise InputError for an archive with a file outside its folder, a link, or more than it may unpack to."""
+    """Raise InputError for an archive with a file outside its folder, a link, or too much in it."""
     for entry in archive.infolist():
         _check_entry(entry, path)
     declared = sum(entry.file_size for entry in archive.infolist())

@@ -191,7 +191,7 @@ def read_description(folder: Path, path: Path, requested: Literal["auto"] | Inte
 
 
 def direct_dependencies(folder: Path, path: Path) -> dict[str, tuple[str, ...]] | None:
-    """Inputs that each output depends on at the same instant, by name; None if an output does not declare them.
+    """Inputs that each output depends on at the same instant, by name; None if any does not declare them.
 
     Raises InputError for an invalid description.
     """

@@ -298,9 +298,14 @@ class Fmu:
         for name in self.held_inputs:
             variable = description.variables.get(name)
             if self.input_ports or variable is None or variable.causality != "input":
-                raise InputError("held_inputs", f"{name!r} is given beside input_ports" if self.input_ports else
-                                 f"{name!r} is no input of the FMU", "inputs, where input_ports are not declared",
-                                 "remove it: an input that input_ports omit is held")
+                raise InputError(
+                    "held_inputs",
+                    f"{name!r} is given beside input_ports"
+                    if self.input_ports
+                    else f"{name!r} is no input of the FMU",
+                    "inputs, where input_ports are not declared",
+                    "remove it: an input that input_ports omit is held",
+                )
         starts = _checked_starts(description, self.starts)
         description = _started(description, starts)
         setup = FmuSetup(

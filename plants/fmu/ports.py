@@ -75,7 +75,7 @@ def bind_ports(
     description: FmuDescription, causality: str, declared: Sequence[FmuPort], where: str,
     held: Sequence[str] = (),
 ) -> tuple[BoundPort, ...]:
-    """Make ports for the inputs or outputs of an FMU, but for variables that are `held` at their start values.
+    """Make ports for inputs or outputs of an FMU, but for variables that are `held` at their start values.
 
     If none are declared, each numeric variable becomes a port; `u[1]`, `u[2]`, ... or `m[1,1]`, `m[1,2]`, ...
     are joined into one array port `u` or `m`; a dot or bracket in a name becomes an underscore. If the units

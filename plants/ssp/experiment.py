@@ -1,9 +1,9 @@
-"""An SSP archive as an experiment: a folder with its FMUs, and a TOML file in which each connection is a wire."""
+"""An SSP archive as an experiment: its FMUs, and a TOML file in which each connection is a wire."""
 
 from __future__ import annotations
 
-import os
 import re
+import shutil
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -39,15 +39,15 @@ class Imported(NamedTuple):
 def import_ssp(source: str | Path, folder: str | Path, rate: str = "1000") -> Imported:
     """Write an SSP archive as an experiment into a new folder.
 
-    FMUs exchange values simultaneously at a communication rate (Jacobi): an output acts on connected inputs from
-    its communication point on.
+    FMUs exchange values simultaneously at a communication rate (Jacobi): an output acts on connected inputs
+    from its communication point on.
 
     Parameters
     ----------
     source: the .ssp file. folder: new or empty. rate: of communication points, Hz.
 
-    Raises InputError for a file that is no SSP, an FMU that is missing or cannot be used, connectors that do not
-    exist or do not fit each other in kind, shape or unit, an algebraic loop, and a folder that has files.
+    Raises InputError for a file that is no SSP, an FMU that is missing or cannot be used, connectors that do
+    not exist or do not fit each other in kind, shape or unit, an algebraic loop, and a folder that has files.
     """
     path, target = Path(source), Path(folder)
     parse_rate(rate, "--rate")
@@ -57,20 +57,20 @@ def import_ssp(source: str | Path, folder: str | Path, rate: str = "1000") -> Im
         why = fault.strerror if isinstance(fault, OSError) and fault.strerror else "it is no zip archive"
         raise InputError(str(path), f"cannot be read: {why}", "an SSP archive, .ssp") from None
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
-        raise InputError(f"--out {target}", "exists and is not empty", "a new folder", "name another, or remove it")
+        raise InputError(
+            f"--out {target}", "exists and is not empty", "a new folder", "name another, or remove it"
+        )
     with archive:
         require_safe(archive, path)
         structure = read_structure(archive, path)
-        files = {component.source: archive.read(component.source) for component in structure.components.values()}
+        files = {
+            component.source: archive.read(component.source) for component in structure.components.values()
+        }
     target.mkdir(parents=True, exist_ok=True)
     try:
         return _write(structure, files, path, target, rate)
     except BaseException:
-        for name in files:
-            (target / name).unlink(missing_ok=True)
-        for name in sorted({os.path.dirname(name) for name in files}, key=len, reverse=True):
-            if name and (target / name).is_dir():
-                os.removedirs(target / name)
+        shutil.rmtree(target)  # it was empty, or did not exist
         raise
 
 
@@ -94,12 +94,19 @@ def _write(structure: Structure, files: Mapping[str, bytes], path: Path, target:
     _require_no_loop(path, structure, direct)
     tables = _tables(path, structure, descriptions, target, rate)
     experiment = target / f"{tables['experiment']['name']}.toml"
-    experiment.write_text(f"# Made of {path.name}. Paths are relative to the working folder of the import.\n\n"
-                          + toml_text(tables), encoding="utf-8")
-    notes = [f"{name} is fed from outside the system: its start value holds" for name in structure.open_inputs]
+    experiment.write_text(
+        f"# Made of {path.name}. Paths are relative to the working folder of the import.\n\n"
+        + toml_text(tables),
+        encoding="utf-8",
+    )
+    notes = [
+        f"{name} is fed from outside the system: its start value holds" for name in structure.open_inputs
+    ]
     if unknown:
-        notes.append(f"{', '.join(unknown)} does not declare how outputs depend on inputs: algebraic loops through "
-                     "it are not found, and take a communication step")
+        notes.append(
+            f"{', '.join(unknown)} does not declare how outputs depend on inputs: algebraic loops through "
+            "it are not found, and take a communication step"
+        )
     return Imported(experiment, len(structure.components), len(structure.connections), tuple(notes))
 
 
@@ -113,14 +120,21 @@ def _check_connectors(path: Path, component: Component, description: FmuDescript
         variable = description.variables.get(name)
         where = f"{path}: connector {component.name}.{name}"
         if variable is None:
-            raise InputError(where, f"is no variable of {component.source}",
-                             ", ".join(list(description.variables)[:20]), did_you_mean(name, description.variables))
+            raise InputError(
+                where,
+                f"is no variable of {component.source}",
+                ", ".join(list(description.variables)[:20]),
+                did_you_mean(name, description.variables),
+            )
         if connector.kind in ("input", "output") and variable.causality != connector.kind:
             raise InputError(where, f"is an {connector.kind}, in {component.source} it has the causality "
                              f"{variable.causality}", "the same in both")
         if connector.unit and variable.unit and connector.unit != variable.unit:
-            raise InputError(where, f"is in {connector.unit!r}, in {component.source} it is in {variable.unit!r}",
-                             "the same unit in both")
+            raise InputError(
+                where,
+                f"is in {connector.unit!r}, in {component.source} it is in {variable.unit!r}",
+                "the same unit in both",
+            )
 
 
 def _require_no_loop(
@@ -139,9 +153,12 @@ def _walk(path: Path, end: Any, feeds: Mapping[Any, Any], direct: Mapping[Any, A
     """Follow an input back through what feeds it and what that output depends on directly."""
     if end in trail:
         names = [f"{'.'.join(component)}.{name}" for component, name in (*trail[trail.index(end):], end)]
-        raise InputError(f"{path}: algebraic loop", f"{' <- '.join(names)} depend on each other at one instant",
-                         "an FMU on the loop whose outputs follow its inputs later",
-                         "add a delay, or have an FMU solve the loop")
+        raise InputError(
+            f"{path}: algebraic loop",
+            f"{' <- '.join(names)} depend on each other at one instant",
+            "an FMU on the loop whose outputs follow its inputs later",
+            "add a delay, or have an FMU solve the loop",
+        )
     if end in done or end not in feeds:
         return
     component, output = feeds[end]
@@ -167,7 +184,11 @@ def _unique(wanted: str, taken: set[str]) -> str:
 
 
 def _tables(
-    path: Path, structure: Structure, descriptions: Mapping[tuple[str, ...], FmuDescription], target: Path, rate: str
+    path: Path,
+    structure: Structure,
+    descriptions: Mapping[tuple[str, ...], FmuDescription],
+    target: Path,
+    rate: str,
 ) -> dict[str, Any]:
     """Tables of the experiment file."""
     nodes, ports = dict[tuple[str, ...], str](), dict[Any, str]()
@@ -192,13 +213,21 @@ def _tables(
         if component.interface != "auto":
             block["interface"] = component.interface
         table = block | {
-            "input_ports": inputs, "output_ports": outputs,
-            "held_inputs": [] if inputs else [each.name for each in variables.values() if each.causality == "input"],
-            "starts": {name: _start(path, component, name, variables, *value)
-                       for name, value in component.parameters.items()}}
+            "input_ports": inputs,
+            "output_ports": outputs,
+            "held_inputs": []
+            if inputs
+            else [each.name for each in variables.values() if each.causality == "input"],
+            "starts": {
+                name: _start(path, component, name, variables, *value)
+                for name, value in component.parameters.items()
+            },
+        }
         blocks[nodes[component.path]] = {key: value for key, value in table.items() if value not in ([], {})}
-    wires = [{"from": f"{nodes[source[0]]}.{ports[source]}", "to": f"{nodes[sink[0]]}.{ports[sink]}", "rate": rate}
-             for source, sink, *_ in structure.connections]
+    wires = [
+        {"from": f"{nodes[source[0]]}.{ports[source]}", "to": f"{nodes[sink[0]]}.{ports[sink]}", "rate": rate}
+        for source, sink, *_ in structure.connections
+    ]
     return {"experiment": {"name": _identifier(structure.name), "description": f"FMUs of {path.name}",
                            "duration_s": structure.stop_s or DURATION_S},
             "record": {"plant_rate": rate}, "blocks": blocks, "wires": wires}
@@ -209,16 +238,24 @@ def _conversion(
 ) -> dict[str, Any]:
     """Unit, scale and offset of the port of a connected input: the wire has the source's values and unit."""
     (source_path, source_name), (sink_path, sink_name), change, converts = connection
-    source, sink = descriptions[source_path].variables[source_name], descriptions[sink_path].variables[sink_name]
-    where = f"{path}: connection {'.'.join((*source_path, source_name))} -> {'.'.join((*sink_path, sink_name))}"
+    source, sink = (
+        descriptions[source_path].variables[source_name],
+        descriptions[sink_path].variables[sink_name],
+    )
+    where = (
+        f"{path}: connection {'.'.join((*source_path, source_name))} -> {'.'.join((*sink_path, sink_name))}"
+    )
     if source.shape != sink.shape:
         raise InputError(where, f"has the shapes {list(source.shape)} and {list(sink.shape)}", "equal shapes")
     if converts and source.unit and sink.unit:
         found = source.base.to(sink.base) if source.base is not None and sink.base is not None else None
         if found is None and source.unit != sink.unit:
-            raise InputError(where, f"the units {source.unit!r} and {sink.unit!r} are of different quantities, or "
-                             "not defined", "units that can be converted",
-                             "correct one, or set suppressUnitConversion in the description")
+            raise InputError(
+                where,
+                f"the units {source.unit!r} and {sink.unit!r} are of different quantities, or not defined",
+                "units that can be converted",
+                "correct one, or set suppressUnitConversion in the description",
+            )
         change = change.after(Transformation(*found or (1.0, 0.0)))
     table: dict[str, Any] = {"unit": source.unit or "1"}
     if change != Transformation() or source.unit != sink.unit:
@@ -232,9 +269,14 @@ def _start(
     """A start value in the variable's own unit."""
     variable = variables.get(name)
     if variable is None:
-        raise InputError(f"{path}: parameter {component.name}.{name}", f"is no variable of {component.source}",
-                         ", ".join([each.name for each in variables.values()
-                                    if each.causality in ("parameter", "input")][:20]), did_you_mean(name, variables))
+        raise InputError(
+            f"{path}: parameter {component.name}.{name}",
+            f"is no variable of {component.source}",
+            ", ".join(
+                [each.name for each in variables.values() if each.causality in ("parameter", "input")][:20]
+            ),
+            did_you_mean(name, variables),
+        )
     if not unit or unit == variable.unit or not variable.unit:
         return value
     ours = unit_of(unit)

@@ -22,8 +22,16 @@ _NAMES = {"ssd": f"{_SPACE}SystemStructureDescription", "ssc": f"{_SPACE}SystemS
 _SCHEMAS = {"1.0": "SystemStructureDescription.xsd", "1.1": "SystemStructureDescription11.xsd"}
 _VERSIONS = ("1.0", "1.1", "2.0")
 _FMU = "application/x-fmu-sharedlibrary"
-_TYPES = ("Real", "Float64", "Float32", "Integer", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)),
-          "Enumeration", "Boolean", "String")
+_TYPES = (
+    "Real",
+    "Float64",
+    "Float32",
+    "Integer",
+    *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)),
+    "Enumeration",
+    "Boolean",
+    "String",
+)
 _OTHER_TRANSFORMATIONS = ("BooleanMappingTransformation", "IntegerMappingTransformation",
                           "EnumerationMappingTransformation")
 Value = float | int | bool | str
@@ -106,13 +114,15 @@ class Structure:
 def read_structure(archive: zipfile.ZipFile, path: Path) -> Structure:
     """The structure of an SSP archive.
 
-    Raises InputError for a description that is missing, is no XML or does not follow the standard, a version or
-    an element that is not known, and a connection of what does not exist.
+    Raises InputError for a description that is missing, is no XML or does not follow the standard, a version
+    or an element that is not known, and a connection of what does not exist.
     """
     root = _xml(archive, DESCRIPTION, path)
     version = root.get("version", "")
     if version not in _VERSIONS:
-        raise InputError(f"{path}: {DESCRIPTION}", f"has the version {version!r} of SSP", ", ".join(_VERSIONS))
+        raise InputError(
+            f"{path}: {DESCRIPTION}", f"has the version {version!r} of SSP", ", ".join(_VERSIONS)
+        )
     _validate(root, version, path)
     system = root.find("ssd:System", _NAMES)
     if system is None:
@@ -122,7 +132,11 @@ def read_structure(archive: zipfile.ZipFile, path: Path) -> Structure:
 
 def _stop_s(root: Any) -> float | None:
     experiment = root.find("ssd:DefaultExperiment", _NAMES)
-    return None if experiment is None or experiment.get("stopTime") is None else float(experiment.get("stopTime"))
+    return (
+        None
+        if experiment is None or experiment.get("stopTime") is None
+        else float(experiment.get("stopTime"))
+    )
 
 
 def _xml(archive: zipfile.ZipFile, name: str, path: Path) -> Any:
@@ -137,7 +151,9 @@ def _xml(archive: zipfile.ZipFile, name: str, path: Path) -> Any:
     try:
         return etree.fromstring(content, etree.XMLParser(resolve_entities=False, no_network=True))
     except etree.XMLSyntaxError as fault:
-        raise InputError(f"{path}: {name}", f"is no XML: {fault.msg}", "well-formed XML", "export it again") from None
+        raise InputError(
+            f"{path}: {name}", f"is no XML: {fault.msg}", "well-formed XML", "export it again"
+        ) from None
 
 
 def _validate(root: Any, version: str, path: Path) -> None:
@@ -199,7 +215,9 @@ class _Reader:
                     connections.append(Connection(source, end, transformation, converts))
                 else:
                     open_inputs.append(str(end))
-        return Structure(system.get("name") or self._path.stem, stop_s, self._components, connections, open_inputs)
+        return Structure(
+            system.get("name") or self._path.stem, stop_s, self._components, connections, open_inputs
+        )
 
     def _origin(self, end: _End) -> _Feed:
         """What feeds a component's input, through the connectors of systems around it."""
@@ -231,7 +249,9 @@ class _Reader:
             elif kind == "Component":
                 self._component(element, (*path, name))
             else:
-                raise self._fault(f"element {'.'.join((*path, name))}", f"is a {kind}", "components and systems")
+                raise self._fault(
+                    f"element {'.'.join((*path, name))}", f"is a {kind}", "components and systems"
+                )
         for connection in system.findall("ssd:Connections/ssd:Connection", _NAMES):
             self._connection(connection, path, names)
         for values, prefix in self._bindings(system):
@@ -245,9 +265,12 @@ class _Reader:
             raise self._fault(where, f"has the type {kind}", _FMU)
         source = posixpath.normpath(str(element.get("source")))
         if source not in self._archive.namelist():
-            raise self._fault(where, f"names the FMU {element.get('source')!r}, which is not in the archive",
-                              ", ".join(name for name in self._archive.namelist() if name.endswith(".fmu")) or "an FMU",
-                              "add it, or correct the source")
+            raise self._fault(
+                where,
+                f"names the FMU {element.get('source')!r}, which is not in the archive",
+                ", ".join(name for name in self._archive.namelist() if name.endswith(".fmu")) or "an FMU",
+                "add it, or correct the source",
+            )
         interfaces = {"CoSimulation": "co_simulation", "ModelExchange": "model_exchange"}
         made = Component(path, source, interfaces.get(element.get("implementation", ""), "auto"),
                          self._connectors(element, path))
@@ -274,20 +297,35 @@ class _Reader:
             end = _End(path if element is None else (*path, element), name)
             known = [each.name for each in self._kinds if each.path == end.path]
             if end not in self._kinds:
-                raise self._fault(f"connection of {end}", f"there is no connector {name!r}", ", ".join(known) or "none",
-                                  did_you_mean(name, known))
+                raise self._fault(
+                    f"connection of {end}",
+                    f"there is no connector {name!r}",
+                    ", ".join(known) or "none",
+                    did_you_mean(name, known),
+                )
             ends.append(end)
         source, target = ends
         # A system's own input is a source inside it, and its output a target.
         gives = "input" if source.path == path else "output"
         takes = "output" if target.path == path else "input"
         for end, wanted in ((source, gives), (target, takes)):
-            if self._kinds[end] not in (wanted, "inout", "calculatedParameter" if wanted == "output" else "parameter"):
-                raise self._fault(f"connection {source} -> {target}", f"{end} is of the kind {self._kinds[end]!r}",
-                                  f"an {wanted}")
+            if self._kinds[end] not in (
+                wanted,
+                "inout",
+                "calculatedParameter" if wanted == "output" else "parameter",
+            ):
+                raise self._fault(
+                    f"connection {source} -> {target}",
+                    f"{end} is of the kind {self._kinds[end]!r}",
+                    f"an {wanted}",
+                )
         if target in self._feeds:
-            raise self._fault(f"connection {source} -> {target}", f"{target} is fed by {self._feeds[target].source} "
-                              "too", "one connection to an input", "remove one")
+            raise self._fault(
+                f"connection {source} -> {target}",
+                f"{target} is fed by {self._feeds[target].source} too",
+                "one connection to an input",
+                "remove one",
+            )
         converts = connection.get("suppressUnitConversion", "false") not in ("true", "1")
         where = f"connection {source} -> {target}"
         self._feeds[target] = _Feed(source, self._transformation(connection, where), converts)
@@ -311,7 +349,7 @@ class _Reader:
             sets = binding.findall("ssd:ParameterValues/ssv:ParameterSet", _NAMES)
             if binding.get("source") is not None:
                 sets = [_xml(self._archive, self._file(binding.get("source")), self._path), *sets]
-            values = {}
+            values: dict[str, tuple[Value, str]] = {}
             for each in sets:
                 values |= self._values(each)
             for mapping in binding.findall("ssd:ParameterMapping", _NAMES):
@@ -346,7 +384,9 @@ class _Reader:
                 return {"true": True, "1": True, "false": False, "0": False}[text]
             return float(text) if kind in ("Real", "Float64", "Float32") else int(text)
         except (KeyError, ValueError):
-            raise self._fault(f"parameter {name}", f"has the value {text!r}", f"one of the type {kind}") from None
+            raise self._fault(
+                f"parameter {name}", f"has the value {text!r}", f"one of the type {kind}"
+            ) from None
 
     def _mapped(self, values: Mapping[str, tuple[Value, str]], table: Any) -> dict[str, tuple[Value, str]]:
         mapped = dict[str, tuple[Value, str]]()

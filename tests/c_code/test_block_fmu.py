@@ -1,4 +1,4 @@
-"""A controller as an FMU: FMPy validates and runs it, and fesloop's own FMU plant gives the block's outputs."""
+"""A controller as an FMU: FMPy validates and runs it, and the plant `fmu` gives the block's outputs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ def usable(records: np.ndarray, program) -> np.ndarray:
     records = records.copy()
     for port in program.inputs:
         records[port.name] = np.nan_to_num(records[port.name], nan=0.4)
-        records[f"{port.name}_newest_ns"] = records["time_ns"] - (20_000_000 if port.name == "measured" else 0)
+        records[f"{port.name}_newest_ns"] = records["time_ns"] - (
+            20_000_000 if port.name == "measured" else 0
+        )
     return records
 
 
@@ -76,7 +78,9 @@ def test_the_plant_fmu_gives_the_blocks_outputs_with_its_ports_and_units(exporte
     state = plant.init(Context("fmu", clock=plant.grid))
     names, ours = [port.name for port in plant.inputs], []
     for k, record in enumerate(records):
-        plant.advance(state, [np.array(record[name]) for name in names], plant.grid.tick(k), plant.grid.tick(k + 1))
+        plant.advance(
+            state, [np.array(record[name]) for name in names], plant.grid.tick(k), plant.grid.tick(k + 1)
+        )
         ours.append(np.ravel(plant.read(state, [])[0]))
     plant.close(state)
     assert np.abs(np.array(ours) - stepped(block, program, "50", records)).max() < 1e-9

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import numpy as np
 import pytest
 from c_code_parts import QUICK, STRICT, build, needs_gcc, record_type, run, stepped
@@ -11,7 +10,6 @@ from c_controller_parts import RATE, ilc, ilc_program, trials
 import fesloop
 from controllers.c_export.ilc import LAWS
 from controllers.ilc.block import Ilc
-
 
 
 def farthest(exported, block: Ilc, records: np.ndarray, binary) -> float:
@@ -36,10 +34,15 @@ def test_an_hour_of_trials_is_the_blocks_to_the_last_digits(tmp_path, law):
 
 
 @needs_gcc
-@pytest.mark.parametrize(("law", "changes"), [
-    ("noilc", {"begin_s": 0.5, "first_drive": (0.1, 0.0, 0.2, 0.05), "forgetting": 0.1}),
-    ("gradient", {"align_captures": False, "max_gap_ms": 41.0}), ("phase_lead", {"gain": 2.5, "cutoff_hz": 5.0}),
-    ("phase_lead", {"gain": 1.0, "cutoff_hz": 0.0, "lead_ms": 60.0})])
+@pytest.mark.parametrize(
+    ("law", "changes"),
+    [
+        ("noilc", {"begin_s": 0.5, "first_drive": (0.1, 0.0, 0.2, 0.05), "forgetting": 0.1}),
+        ("gradient", {"align_captures": False, "max_gap_ms": 41.0}),
+        ("phase_lead", {"gain": 2.5, "cutoff_hz": 5.0}),
+        ("phase_lead", {"gain": 1.0, "cutoff_hz": 0.0, "lead_ms": 60.0}),
+    ],
+)
 def test_some_trials_under_sanitizers_are_the_blocks(tmp_path, law, changes):
     block = ilc(law=law, duration_s=4.0, **changes)
     exported = ilc_program(block, "measured_sd", "trusted")

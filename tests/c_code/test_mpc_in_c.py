@@ -16,8 +16,6 @@ from controllers.mpc.block import Mpc
 from controllers.mpc.memory import Memory
 from controllers.mpc.strength_adaptation import StrengthAdaptation
 
-
-
 BOXED = {"angle_max_deg": (45.0, 60.0, 90.0)}
 
 
@@ -69,22 +67,42 @@ def test_where_the_programme_is_not_solved_in_time_the_last_solution_goes_on(tmp
 
 @needs_gcc
 @settings(max_examples=6, deadline=None)
-@given(horizon=st.integers(9, 16), slew=st.floats(0.02, 1.0), drive_max=st.floats(0.2, 1.0),
-       move=st.floats(0.1, 2.0), delay_ms=st.floats(0.0, 60.0), rise_uc=st.floats(1.0, 20.0), seed=st.integers(0, 99))
-def test_any_parameters_give_the_blocks_outputs(tmp_path_factory, horizon, slew, drive_max, move, delay_ms, rise_uc,
-                                                seed):
-    block = mpc(horizon=horizon, slew=slew, drive_max=drive_max, move_weight=move, actuation_delay_ms=delay_ms,
-                charge_rise_uc=rise_uc)
+@given(
+    horizon=st.integers(9, 16),
+    slew=st.floats(0.02, 1.0),
+    drive_max=st.floats(0.2, 1.0),
+    move=st.floats(0.1, 2.0),
+    delay_ms=st.floats(0.0, 60.0),
+    rise_uc=st.floats(1.0, 20.0),
+    seed=st.integers(0, 99),
+)
+def test_any_parameters_give_the_blocks_outputs(
+    tmp_path_factory, horizon, slew, drive_max, move, delay_ms, rise_uc, seed
+):
+    block = mpc(
+        horizon=horizon,
+        slew=slew,
+        drive_max=drive_max,
+        move_weight=move,
+        actuation_delay_ms=delay_ms,
+        charge_rise_uc=rise_uc,
+    )
     exported = mpc_program(block, "reference")
     records = closed_loop(block, record_type(exported), 300, seed)
     binary = build(exported, tmp_path_factory.mktemp("mpc"), QUICK)
     assert farthest(exported, block, records, binary)[0] < 1e-9
 
 
-@pytest.mark.parametrize(("changes", "wired", "where"), [
-    ({"adaptation": StrengthAdaptation()}, (), "control.adaptation"), ({"memory": Memory()}, (), "control.memory"),
-    ({"horizon_charge_max_uc": 500.0}, (), "control.horizon_charge_max_uc"), ({"solver": "osqp"}, (), "control.solver"),
-    ({}, ("force",), "control.force")])
+@pytest.mark.parametrize(
+    ("changes", "wired", "where"),
+    [
+        ({"adaptation": StrengthAdaptation()}, (), "control.adaptation"),
+        ({"memory": Memory()}, (), "control.memory"),
+        ({"horizon_charge_max_uc": 500.0}, (), "control.horizon_charge_max_uc"),
+        ({"solver": "osqp"}, (), "control.solver"),
+        ({}, ("force",), "control.force"),
+    ],
+)
 def test_what_c_lacks_is_refused(changes, wired, where):
     with pytest.raises(fesloop.InputError, match=f"{where}.* is .*not available in C"):
         mpc_program(mpc(**changes), *wired)

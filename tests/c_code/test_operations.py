@@ -25,7 +25,8 @@ struct counted {
     explicit operator int64_t() const { return (int64_t)v; }
 };
 #define BINARY(o) static inline counted operator o(counted a, counted b) { flops++; return a.v o b.v; }
-#define CHANGES(o) static inline counted &operator o##=(counted &a, counted b) { flops++; a.v = a.v o b.v; return a; }
+#define CHANGES(o) \\
+    static inline counted &operator o##=(counted &a, counted b) { flops++; a.v = a.v o b.v; return a; }
 #define COMPARES(o) static inline bool operator o(counted a, counted b) { flops++; return a.v o b.v; }
 BINARY(+) BINARY(-) BINARY(*) BINARY(/) CHANGES(+) CHANGES(-) CHANGES(*) CHANGES(/)
 COMPARES(<) COMPARES(>) COMPARES(<=) COMPARES(>=) COMPARES(==) COMPARES(!=)
@@ -77,10 +78,17 @@ def counted(program, records, folder) -> tuple[int, ...]:
         f"static const {program.name}_state at_rest;", f"static {program.name}_state at_rest;")
     (folder / "main.cpp").write_text(
         _COUNTED + code + _MAIN.replace("NAME", program.name).replace("BETWEEN", between))
-    done = subprocess.run(["g++", "-O2", "-w", "main.cpp", "-o", "main"], cwd=folder, capture_output=True, text=True,
-                          check=False)
+    done = subprocess.run(
+        ["g++", "-O2", "-w", "main.cpp", "-o", "main"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr[:3000]
-    told = subprocess.run([str(folder / "main")], input=records.tobytes(), capture_output=True, check=True).stdout
+    told = subprocess.run(
+        [str(folder / "main")], input=records.tobytes(), capture_output=True, check=True
+    ).stdout
     return tuple(int(word) for word in told.split())
 
 

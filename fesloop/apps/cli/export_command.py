@@ -47,14 +47,25 @@ def _export_block(args: Namespace) -> int:
         raise InputError(f"--format {args.format}", "is a format of recordings", ", ".join(_OF_BLOCKS),
                          "remove --block, or choose one of these")
     if args.block is None:
-        raise InputError(f"--format {args.format}", "is given without --block", "the name of a block, as fesloop "
-                         "check prints them", "add --block NAME")
+        raise InputError(
+            f"--format {args.format}",
+            "is given without --block",
+            "the name of a block, as fesloop check prints them",
+            "add --block NAME",
+        )
     with progress_bar(f"export {args.recording}"):
         experiment = load(args.recording, args.settings)
         path, files = export_code(experiment, args.block, args.format, args.out)
     if args.json:
-        print_json({"experiment": experiment.name, "block": args.block, "format": args.format, "out": str(path),
-                    "files": [str(each) for each in files]})
+        print_json(
+            {
+                "experiment": experiment.name,
+                "block": args.block,
+                "format": args.format,
+                "out": str(path),
+                "files": [str(each) for each in files],
+            }
+        )
     else:
         print(path)
     return 0

@@ -30,7 +30,9 @@ def _import_system(args: Namespace) -> int:
 
     for option in ("layout", "sensor_set", "resample", "stimulation"):
         if getattr(args, option):
-            raise InputError(f"--{option.replace('_', '-')}", "is of recordings", "no such option with an .ssp")
+            raise InputError(
+                f"--{option.replace('_', '-')}", "is of recordings", "no such option with an .ssp"
+            )
     with progress_bar(f"import {args.source}"):
         imported = system_importer()(args.source, args.target, args.rate or "1000")
     for note in imported.notes:

@@ -237,9 +237,12 @@ def _add_export(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: all)")
     command.add_argument("--signals", metavar="A.B,C.D",
                          help="signals (default: all that the format can hold)")
-    command.add_argument("--out", metavar="PATH",
-                         help="new folder or, for one file, its name (default: exports/RUN-FORMAT, of a block "
-                         "exports/EXPERIMENT-BLOCK-FORMAT)")
+    command.add_argument(
+        "--out",
+        metavar="PATH",
+        help="new folder or, for one file, its name (default: exports/RUN-FORMAT, of a block "
+        "exports/EXPERIMENT-BLOCK-FORMAT)",
+    )
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 

@@ -1,4 +1,4 @@
-"""Both exports together: a PID as an FMU and the finger as an FMU, in an SSP, are the experiment of block and plant."""
+"""Both exports together: PID and finger as FMUs in an SSP are the experiment of block and plant."""
 
 from __future__ import annotations
 
@@ -59,16 +59,33 @@ def test_the_loop_of_two_fmus_is_the_native_one(tmp_path):
     fesloop.export_block(experiment, "controller", "fmu", tmp_path / "controller.fmu")
     build_finger_fmu(tmp_path / "finger.fmu")
     pulses = [f"stimulation[{i},{k}]" for i in (1, 2, 3, 4) for k in (1, 2)]
-    target = "".join(f'<ssv:Parameter name="reference[{i + 1}]"><ssv:Real value="{np.radians(deg)!r}" unit="rad"/>'
-                     "</ssv:Parameter>" for i, deg in enumerate((30.0, 40.0, 25.0))).replace("np.float64(", "").replace(
-                         ')"', '"')
-    values = ('<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" '
-              f'name="v"><ssv:Parameters>{target}</ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues>'
-              "</ssd:ParameterBinding></ssd:ParameterBindings>")
-    parts = [component("controller", {f"measured[{i}]": "input" for i in (1, 2, 3)}
-                       | dict.fromkeys(pulses, "output"), "resources/controller.fmu", values),
-             component("finger", dict.fromkeys(pulses, "input") | {f"angles[{i}]": "output" for i in (1, 2, 3)},
-                       "resources/finger.fmu")]
+    target = (
+        "".join(
+            f'<ssv:Parameter name="reference[{i + 1}]"><ssv:Real value="{np.radians(deg)!r}" unit="rad"/>'
+            "</ssv:Parameter>"
+            for i, deg in enumerate((30.0, 40.0, 25.0))
+        )
+        .replace("np.float64(", "")
+        .replace(')"', '"')
+    )
+    values = (
+        '<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" '
+        f'name="v"><ssv:Parameters>{target}</ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues>'
+        "</ssd:ParameterBinding></ssd:ParameterBindings>"
+    )
+    parts = [
+        component(
+            "controller",
+            {f"measured[{i}]": "input" for i in (1, 2, 3)} | dict.fromkeys(pulses, "output"),
+            "resources/controller.fmu",
+            values,
+        ),
+        component(
+            "finger",
+            dict.fromkeys(pulses, "input") | {f"angles[{i}]": "output" for i in (1, 2, 3)},
+            "resources/finger.fmu",
+        ),
+    ]
     wires = [connection(f"finger.angles[{i}]", f"controller.measured[{i}]") for i in (1, 2, 3)]
     wires += [connection(f"controller.{name}", f"finger.{name}") for name in pulses]
     ssp = archived(tmp_path / "loop.ssp", described(system("loop", parts, wires), 3.0),

@@ -46,18 +46,38 @@ def refused(tmp_path, capsys, text, files):
     return told
 
 
-@pytest.mark.parametrize(("elements", "wires", "message"), [
-    ([component("a", BOTH, "resources/none.fmu")], [], "component a: names the FMU 'resources/none.fmu', which is not"),
-    (TWO, [connection("a.yy", "b.u")], "connection of a.yy: there is no connector 'yy'"),
-    (TWO, [connection("c.y", "b.u")], "connection of c.y: there is no element 'c'"),
-    (TWO, [connection("a.u", "b.u")], "a.u is of the kind 'input'; allowed: an output"),
-    (TWO, [connection("a.y", "b.u"), connection("b.y", "b.u")], "b.u is fed by a.y too"),
-    ([component("a", {"x": "input", "y": "output"})], [], "connector a.x: is an input, in resources/lag.fmu it has"),
-    ([component("a", {"speed": "input"})], [], "connector a.speed: is no variable of resources/lag.fmu"),
-    ([component("a", BOTH), component("a", BOTH)], [], "element a: is listed twice"),
-    ([component("a", BOTH, inside=binding({"nothing": 1.0}))], [], "parameter a.nothing: is no variable of resources/lag.fmu"),
-    (TWO, [connection("a.y", "b.u", '<ssc:LinearTransformation factor="0"/>')], "has the factor 0"),
-    (TWO, [connection("a.y", "b.u", '<ssc:BooleanMappingTransformation/>')], "BooleanMappingTransformation")])
+@pytest.mark.parametrize(
+    ("elements", "wires", "message"),
+    [
+        (
+            [component("a", BOTH, "resources/none.fmu")],
+            [],
+            "component a: names the FMU 'resources/none.fmu', which is not",
+        ),
+        (TWO, [connection("a.yy", "b.u")], "connection of a.yy: there is no connector 'yy'"),
+        (TWO, [connection("c.y", "b.u")], "connection of c.y: there is no element 'c'"),
+        (TWO, [connection("a.u", "b.u")], "a.u is of the kind 'input'; allowed: an output"),
+        (TWO, [connection("a.y", "b.u"), connection("b.y", "b.u")], "b.u is fed by a.y too"),
+        (
+            [component("a", {"x": "input", "y": "output"})],
+            [],
+            "connector a.x: is an input, in resources/lag.fmu it has",
+        ),
+        ([component("a", {"speed": "input"})], [], "connector a.speed: is no variable of resources/lag.fmu"),
+        ([component("a", BOTH), component("a", BOTH)], [], "element a: is listed twice"),
+        (
+            [component("a", BOTH, inside=binding({"nothing": 1.0}))],
+            [],
+            "parameter a.nothing: is no variable of resources/lag.fmu",
+        ),
+        (TWO, [connection("a.y", "b.u", '<ssc:LinearTransformation factor="0"/>')], "has the factor 0"),
+        (
+            TWO,
+            [connection("a.y", "b.u", "<ssc:BooleanMappingTransformation/>")],
+            "BooleanMappingTransformation",
+        ),
+    ],
+)
 def test_faults_of_the_structure(lag, tmp_path, capsys, elements, wires, message):
     told = refused(tmp_path, capsys, described(system("bad", elements, wires), version="2.0"),
                    {"resources/lag.fmu": lag})
@@ -67,7 +87,9 @@ def test_faults_of_the_structure(lag, tmp_path, capsys, elements, wires, message
 
 def test_a_description_against_the_schema_names_line_and_element(lag, tmp_path, capsys):
     text = described(system("bad", [component("a", BOTH)], [])).replace('kind="input"', 'kind="inward"')
-    assert "SystemStructure.ssd, line 3: is not valid SSP" in refused(tmp_path, capsys, text, {"resources/lag.fmu": lag})
+    assert "SystemStructure.ssd, line 3: is not valid SSP" in refused(
+        tmp_path, capsys, text, {"resources/lag.fmu": lag}
+    )
 
 
 @pytest.mark.parametrize(("text", "message"), [
@@ -84,10 +106,20 @@ def test_units_that_cannot_be_converted_and_connectors_in_other_units(lag, tmp_p
     first = edited(lag, tmp_path / "first.fmu", ampere, (
         '<Real/></ScalarVariable>\n    <ScalarVariable name="steps"',
         '<Real unit="mm"/></ScalarVariable>\n    <ScalarVariable name="steps"'))
-    second = edited(lag, tmp_path / "second.fmu", ampere, ('<Real start="0"/></ScalarVariable>\n    <ScalarVariable '
-                    'name="y"', '<Real start="0" unit="A"/></ScalarVariable>\n    <ScalarVariable name="y"'))
+    second = edited(
+        lag,
+        tmp_path / "second.fmu",
+        ampere,
+        (
+            '<Real start="0"/></ScalarVariable>\n    <ScalarVariable name="y"',
+            '<Real start="0" unit="A"/></ScalarVariable>\n    <ScalarVariable name="y"',
+        ),
+    )
     files = {"resources/first.fmu": first, "resources/second.fmu": second}
-    parts = [component("a", {"y": "output"}, "resources/first.fmu"), component("b", BOTH, "resources/second.fmu")]
+    parts = [
+        component("a", {"y": "output"}, "resources/first.fmu"),
+        component("b", BOTH, "resources/second.fmu"),
+    ]
     wire = [connection("a.y", "b.u")]
     told = refused(tmp_path, capsys, described(system("s", parts, wire)), files)
     assert "connection a.y -> b.u: the units 'mm' and 'A' are of different quantities" in told
@@ -98,9 +130,15 @@ def test_units_that_cannot_be_converted_and_connectors_in_other_units(lag, tmp_p
 
 
 def test_an_algebraic_loop_names_its_connectors(lag, tmp_path, capsys):
-    direct = edited(lag, tmp_path / "direct.fmu", (
-        '<Unknown index="2"/><Unknown index="3"/><Unknown index="9"/>',
-        '<Unknown index="2" dependencies="1"/><Unknown index="3" dependencies=""/><Unknown index="9" dependencies=""/>'))
+    direct = edited(
+        lag,
+        tmp_path / "direct.fmu",
+        (
+            '<Unknown index="2"/><Unknown index="3"/><Unknown index="9"/>',
+            '<Unknown index="2" dependencies="1"/><Unknown index="3" dependencies=""/>'
+            '<Unknown index="9" dependencies=""/>',
+        ),
+    )
     text = described(system("loop", TWO, [connection("a.y", "b.u"), connection("b.y", "a.u")]))
     told = refused(tmp_path, capsys, text, {"resources/lag.fmu": direct})
     assert "algebraic loop: b.u <- a.u <- b.u depend on each other" in told or "a.u <- b.u <- a.u" in told
@@ -110,7 +148,10 @@ def test_what_is_no_archive_a_full_folder_and_a_bad_rate(lag, tmp_path):
     (tmp_path / "text.ssp").write_text("no zip")
     ssp = archived(tmp_path / "good.ssp", described(system("s", TWO, [connection("a.y", "b.u")])),
                    {"resources/lag.fmu": lag})
-    for source, message in (("none.ssp", "cannot be read: No such file"), ("text.ssp", "it is no zip archive")):
+    for source, message in (
+        ("none.ssp", "cannot be read: No such file"),
+        ("text.ssp", "it is no zip archive"),
+    ):
         with pytest.raises(fesloop.InputError, match=message):
             import_ssp(tmp_path / source, tmp_path / "out")
     with pytest.raises(fesloop.InputError, match="is not empty"):
@@ -132,7 +173,9 @@ def test_options_of_recordings_are_refused(tmp_path, capsys):
 
 
 def test_an_input_fed_from_outside_holds_its_start_value_and_is_noted(lag, tmp_path, capsys):
-    text = described(system("s", [component("a", BOTH)], [connection("given", "a.u")], connectors({"given": "input"})))
+    text = described(
+        system("s", [component("a", BOTH)], [connection("given", "a.u")], connectors({"given": "input"}))
+    )
     ssp = archived(tmp_path / "open.ssp", text, {"resources/lag.fmu": lag})
     assert main(["import", str(ssp), str(tmp_path / "out")]) == 0
     assert "a.u is fed from outside the system: its start value holds" in capsys.readouterr().err

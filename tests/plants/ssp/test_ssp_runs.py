@@ -1,4 +1,4 @@
-"""A system of FMUs runs as an experiment with exact wires: against FMPy's master, and an analytic recursion."""
+"""A system of FMUs runs as an experiment: against FMPy's master, and an analytic recursion."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ def chain(count):
     """Lags in a row; the first has a constant input of 1."""
     parts = [component("lag1", {"y": "output"}, inside=binding({"u": 1.0}))]
     parts += [component(f"lag{i}", BOTH) for i in range(2, count + 1)]
-    return described(system("chain", parts, [connection(f"lag{i}.y", f"lag{i + 1}.u") for i in range(1, count)]), 2.0)
+    return described(
+        system("chain", parts, [connection(f"lag{i}.y", f"lag{i + 1}.u") for i in range(1, count)]), 2.0
+    )
 
 
 def recursion(count, steps, feedback=0.0):
@@ -75,7 +77,9 @@ def test_a_chain_is_that_of_fmpy_and_of_the_recursion(lag, tmp_path):
 def _set(values):
     from fmpy.ssp.ssd import Parameter, ParameterSet
 
-    return ParameterSet(name="p", parameters=[Parameter(name=name, value=value) for name, value in values.items()])
+    return ParameterSet(
+        name="p", parameters=[Parameter(name=name, value=value) for name, value in values.items()]
+    )
 
 
 @settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -94,9 +98,11 @@ def test_a_loop_with_a_linear_transformation_is_the_recursion(lag, tmp_path_fact
 
 
 def test_systems_within_systems_parameters_and_mappings_are_resolved(lag, tmp_path):
-    mapping = ('<ssd:ParameterMapping><ssm:ParameterMapping version="1.0"><ssm:MappingEntry source="level" '
-               'target="first.u"><ssc:LinearTransformation factor="0.5"/></ssm:MappingEntry></ssm:ParameterMapping>'
-               "</ssd:ParameterMapping>")
+    mapping = (
+        '<ssd:ParameterMapping><ssm:ParameterMapping version="1.0"><ssm:MappingEntry source="level" '
+        'target="first.u"><ssc:LinearTransformation factor="0.5"/></ssm:MappingEntry></ssm:ParameterMapping>'
+        "</ssd:ParameterMapping>"
+    )
     inner = system("inner", [component("first", {"y": "output"}), component("second", BOTH)],
                    [connection("first.y", "second.u"), connection("second.y", "out")],
                    connectors({"out": "output"}) + binding({"level": 2.0}, mapping=mapping))
