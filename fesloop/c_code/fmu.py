@@ -167,7 +167,7 @@ def _description(program: Program, variables: list[_Variable], clock: RateClock,
         unknowns = SubElement(structure, name)
         for index, each in enumerate(variables):
             if each.causality == "output":
-                SubElement(unknowns, "Unknown", {"index": str(index + 1)})
+                SubElement(unknowns, "Unknown", {"index": str(index + 1), "dependencies": ""})
     indent(root)
     text: bytes = tostring(root, encoding="UTF-8", xml_declaration=True)
     return text + b"\n"

@@ -92,10 +92,10 @@ def _write(structure: Structure, files: Mapping[str, bytes], path: Path, target:
             unknown.append(component.name)
         _check_connectors(path, component, description)
     _require_no_loop(path, structure, direct)
-    tables = _tables(path, structure, descriptions, target, rate)
+    tables = _tables(path, structure, descriptions, rate)
     experiment = target / f"{tables['experiment']['name']}.toml"
     experiment.write_text(
-        f"# Made of {path.name}. Paths are relative to the working folder of the import.\n\n"
+        f"# Made of {path.name}. Paths are relative to this file.\n\n"
         + toml_text(tables),
         encoding="utf-8",
     )
@@ -187,7 +187,6 @@ def _tables(
     path: Path,
     structure: Structure,
     descriptions: Mapping[tuple[str, ...], FmuDescription],
-    target: Path,
     rate: str,
 ) -> dict[str, Any]:
     """Tables of the experiment file."""
@@ -209,7 +208,7 @@ def _tables(
             elif connector.kind == "input" and connection is not None:
                 inputs.append({"name": ports[component.path, name], "variables": [name],
                                **_conversion(path, connection, descriptions)})
-        block = {"kind": "fmu", "path": str(target / component.source), "step_rate": rate}
+        block = {"kind": "fmu", "path": component.source, "step_rate": rate}
         if component.interface != "auto":
             block["interface"] = component.interface
         table = block | {
