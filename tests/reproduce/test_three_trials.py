@@ -1,0 +1,34 @@
+"""What `fesloop reproduce three_trials` makes of patients' sessions, and one session."""
+
+import math
+
+import pytest
+
+from fesloop.apps.reproduce import three_trials
+from fesloop.apps.reproduce.patient_session import Session
+
+HELD = {"failed": "", "min": 3.5, "held": [False, True, False], "error": [6.0, 4.0, 2.0]}
+LOST = {"failed": "nothing moved", "min": math.nan, "held": [False] * 3, "error": [math.inf] * 3}
+
+
+def test_patients_who_fail_count_as_ones_who_did_not_hold():
+    found = three_trials.compare([{"failed": "", "ways": {"sweep": HELD, "identify": LOST}},
+                                  {"failed": "", "ways": {"sweep": HELD, "identify": HELD}}])
+    rows = {(row.table, row.row.partition(",")[0]): row for row in found.rows}
+    swept, identified = three_trials.WAYS.values()
+    assert rows[swept, "held in one of three trials"].ours == "2 of 2"
+    assert rows[swept, "held in the third trial"].ours == "0 of 2"
+    assert rows[identified, "held in one of three trials"].ours == "1 of 2"
+    assert not rows[identified, "held in one of three trials"].holds
+    assert rows[identified, "error before contact"].ours.high == math.inf
+    assert rows["member 0, identify", "run to its end"].ours == "nothing moved"
+    assert found.sweeps["sweep"].rows[0] == ("member 0", (3.5, 0.0, 1.0, 0.0, 6.0, 4.0, 2.0))
+
+
+@pytest.mark.slow
+def test_a_person_is_swept_and_grasps(tmp_path):
+    session = Session((0,), ("patient=sci_c6", "cohort=3", "member=1"), 700, three_trials.grasp)
+    ways = three_trials.grasp(session, tmp_path)["ways"]
+    assert [way["failed"] for way in ways.values()] == ["", ""]
+    assert 3.0 < ways["sweep"]["min"] < 3.7
+    assert any(ways["sweep"]["held"])
