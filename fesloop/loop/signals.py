@@ -225,7 +225,9 @@ class Outputs:
         taken: list[Any] = [*values]
         for number, shape in self._arrays:
             value: Any = values[number]
-            if value.shape != shape or value.dtype is not _FLOAT64:
+            dtype = value.dtype
+            # Arrays that numba or MuJoCo made have an equal type that is another object.
+            if value.shape != shape or (dtype is not _FLOAT64 and dtype != _FLOAT64):
                 check_shapes(self._name, self._ports, values)
             before = self._taken[number]
             same = value is self._given[number] and value.tobytes() == before.tobytes()

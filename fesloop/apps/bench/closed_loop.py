@@ -116,7 +116,8 @@ class _TimedPart:
                 setattr(self, name, self._timed(getattr(part, name)))
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        # The part has been made for its wires: made again, it would no longer be timed.
+        if name.startswith("__") or name in ("resolve", "with_sensors"):
             raise AttributeError(name)
         return getattr(self._part, name)
 
@@ -184,6 +185,7 @@ def measure(case: str, repeats: int, duration_s: float) -> dict[str, Any]:
     bare = BareHand(loop, seen)
     times, parts = np.empty((repeats, 2)), parts_s(this)
     with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder:
+        file_s(this, seen, Path(folder))  # loads what writing needs
         for i in range(repeats):
             loop, seen, loop_s = recorded_loop(this)
             written_s = file_s(this, seen, Path(folder))
