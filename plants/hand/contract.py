@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
 
 import mujoco
+import numba
 import numpy as np
+from llvmlite.binding import load_library_permanently
+from numba import types
 from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
@@ -35,6 +40,12 @@ some milliseconds, and a quarter as far with a tenth of the usual step)."""
 
 
 _POSITION_AND_VELOCITY, _NOTHING = mujoco.mjtStage.mjSTAGE_VEL, mujoco.mjtStage.mjSTAGE_NONE
+_VELOCITY_SKIPPED, _NOTHING_SKIPPED = int(_POSITION_AND_VELOCITY), int(_NOTHING)
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+"""The state from which MuJoCo continues bit for bit."""
+FLOOR_M = 100.0
+"""Depth of the floor below the wrist, m (chosen: a fall of four and a half seconds, out of every scene).
+Without it a falling object would end the run as too fast within minutes."""
 
 
 class Views(NamedTuple):
@@ -136,6 +147,54 @@ def find_unstable(angles: Array, speeds: Array, low: Array, high: Array) -> int:
     return -1
 
 
+def _load_mujoco() -> None:
+    """Make MuJoCo's C functions known to compiled code; its library is loaded already, from this file."""
+    folder = Path(mujoco.__file__).parent
+    found = [path for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
+             for path in folder.glob(pattern)]
+    if not found:
+        raise ImportError(f"{folder}: MuJoCo's library is missing; expected libmujoco.so.*, "
+                          "libmujoco.*.dylib or mujoco.dll; install mujoco from its wheel")
+    load_library_permanently(str(found[0]))
+
+
+_load_mujoco()
+_UNCOMPILED = bool(vars(numba.config)["DISABLE_JIT"])
+_void: Any = types.void  # called, it makes the signature of a function
+_forward_skip: Any = types.ExternalFunction(
+    "mj_forwardSkip", _void(types.intp, types.intp, types.intc, types.intc))
+_implicit: Any = types.ExternalFunction("mj_implicit", _void(types.intp, types.intp))
+
+
+@compiled
+def take_steps(
+    model: int, data: int, skipping: int, activation: Array, heights: Array, falls: bool, qpos: Array,
+    qvel: Array, userdata: Array, qfrc_applied: Array, mocap_pos: Array, low: Array, high: Array,
+    table: Array, arms: Array, joints: Numbers, step_s: float,
+) -> bool:
+    """Do what `step` does with tendons that yield, under `activation` (n, 29), in n steps.
+
+    `model` and `data` are addresses of MuJoCo's structs, and the arrays its own, of these names; `skipping`:
+    stage that is computed already; `heights` (n,), m, of the table, empty if there is none; `falls`: whether
+    there is an object that the floor stops. False as soon as the simulation is unstable.
+    """
+    for k in range(activation.shape[0]):
+        stage = skipping if k == 0 else _NOTHING_SKIPPED
+        if heights.size and mocap_pos[0, 2] != heights[k]:
+            mocap_pos[0, 2] = heights[k]
+            stage = _NOTHING_SKIPPED
+        userdata[2 * table.shape[0]:] = activation[k]
+        pull(qpos, qvel, userdata, qfrc_applied, table, arms, joints, step_s)
+        _forward_skip(model, data, stage, 1)
+        _implicit(model, data)
+        if falls and qpos[-5] < -FLOOR_M:
+            qpos[-5] = -FLOOR_M
+            qvel[-6:] = 0.0
+        if find_unstable(qpos, qvel, low, high) >= 0:
+            return False
+    return True
+
+
 def stable_bounds(model: mujoco.MjModel) -> Bounds:
     """Bounds of a model's hinges in a stable simulation."""
     hinges = model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
@@ -202,9 +261,6 @@ def drive_angles(start: Array, target: Array, before: Array) -> Array:
 Numbers = NDArray[np.int64]
 OFFER_PERIOD_NS = 100_000_000
 """Interval between tries to put the object into the hand (chosen)."""
-FLOOR_M = 100.0
-"""Depth of the floor below the wrist, m (chosen: a fall of four and a half seconds, out of every scene).
-Without it a falling object would end the run as too fast within minutes."""
 
 
 class HandParameters(Protocol):
@@ -389,6 +445,32 @@ def advance_to(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | None,
         require_stable(model, bounds, state)
 
 
+def advance_steps(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | None, table: Table | None,
+                  hold: Hold | None, tendons: Tendons, state: HandState, activation: Array,
+                  times_ns: Sequence[int], step_ns: int) -> bool:
+    """Do the steps that end at `times_ns`, n, under `activation` (n, 29), in one call of compiled code.
+
+    False, with the state as before, where something else than muscles and table acts in one of the steps, or
+    the simulation becomes unstable.
+    """
+    holding = hold is not None and state.time_ns <= hold.over_ns + step_ns
+    if holding or not state.given or _UNCOMPILED:  # plain Python cannot call MuJoCo's C functions
+        return False
+    before, views = np.empty(mujoco.mj_stateSize(model, _STATE)), state.views
+    mujoco.mj_getState(model, state.data, before, _STATE)
+    heights = np.array([] if table is None else [_height(table, time - step_ns) for time in times_ns])
+    done = take_steps(
+        model._address, state.data._address, _VELOCITY_SKIPPED if state.evaluated else _NOTHING_SKIPPED,
+        activation, heights, thing is not None, views.qpos, views.qvel, views.userdata, views.qfrc_applied,
+        views.mocap_pos, bounds.low, bounds.high, *tendons)
+    state.evaluated = False
+    if done:
+        state.time_ns = times_ns[-1]
+    else:
+        mujoco.mj_setState(model, state.data, before, _STATE)
+    return bool(done)
+
+
 def _offer(model: mujoco.MjModel, thing: GraspObject, state: HandState) -> None:
     """Give the object if it is due and there is room, trying every 100 ms."""
     since_ns = state.time_ns - round(thing.given_at_s * NS_PER_S)
@@ -403,9 +485,14 @@ def _rest_on_floor(views: Views) -> None:
     views.qvel[-6:] = 0.0
 
 
+def _height(table: Table, time_ns: int) -> float:
+    """Height of the table's centre at an instant, m."""
+    return table.height_m - 0.005 - table.drop(time_ns)
+
+
 def _lower(table: Table, state: HandState) -> None:
     """Move the table to its height at the start of the step."""
-    height = table.height_m - 0.005 - table.drop(state.time_ns)
+    height = _height(table, state.time_ns)
     if state.views.mocap_pos[0, 2] != height:
         state.views.mocap_pos[0, 2] = height
         state.evaluated = False

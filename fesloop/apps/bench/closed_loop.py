@@ -33,12 +33,13 @@ from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running import Experiment
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.machine import one_blas_thread
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
-_TIMED = ("step", "advance", "advance_through", "read", "glance", "observe")
+_TIMED = ("step", "steps_through", "advance", "advance_through", "advance_steps", "read", "glance", "observe")
 """Members of blocks and plants that the loop calls during a run."""
 
 
@@ -178,6 +179,7 @@ def run(
             "realtime_factor": {row["case"]: row["realtime_factor"] for row in rows}}
 
 
+@one_blas_thread()  # as a run
 def measure(case: str, repeats: int, duration_s: float) -> dict[str, Any]:
     """Times of the loop with its recording and of bare MuJoCo, (repeats, 2), s; of each part; the error."""
     this = experiment(case, duration_s)
