@@ -374,6 +374,28 @@ def joint_rotations(
         rotations[k, 2] = euler_y_of_zxy(q)
 
 
+@compiled
+def range_excess(
+    rotations: Array, variance: Array, seen: Flags, low: Array, high: Array, own_variance: Array
+) -> tuple[Array, Array, Array]:
+    """Excess of rotations (m, 3) over their ranges, its variance, (m, 3) each, and the sum of squares (m,).
+
+    Squares are over their variances; 0 where a joint is not `seen` (m,). `variance` (m,), rad^2, of a
+    rotation about any axis, and `own_variance` (m, 3) of the ranges `low` to `high`, (m, 3) each, rad.
+    """
+    count = rotations.shape[0]
+    excess, spread, surprise = np.empty((count, 3)), np.empty((count, 3)), np.zeros(count)
+    for k in range(count):
+        # Near its pole two Euler angles are uncertain.
+        pole = max(math.cos(rotations[k, 1])**2, 1e-3)
+        for i in range(3):
+            excess[k, i] = max(low[k, i] - rotations[k, i], 0.0) + max(rotations[k, i] - high[k, i], 0.0)
+            spread[k, i] = variance[k] / (1.0 if i == 1 else pole) + own_variance[k, i]
+            if seen[k]:
+                surprise[k] += excess[k, i]**2 / spread[k, i]
+    return excess, spread, surprise
+
+
 class ReleaseWatch:
     """Comparison of the posture after an initial pose with joints' ranges and with the release of a hand.
 
@@ -444,12 +466,12 @@ class ReleaseWatch:
         return found
 
     def _joints(self, rotations: Array, variance: Array, seen: Flags, time_ns: int) -> str:
-        excess = np.maximum(self._low - rotations, 0.0) + np.maximum(rotations - self._high, 0.0)
-        # Near its pole two Euler angles are uncertain.
-        pole = np.maximum(np.cos(rotations[:, 1])**2, 1e-3)[:, np.newaxis]
-        spread = variance[:, np.newaxis] / np.where([True, False, True], pole, 1.0) + self._variance
-        surprise = np.where(seen, np.sum(excess**2 / spread, axis=1), 0.0)
+        excess, spread, surprise = range_excess(
+            rotations, variance, seen, self._low, self._high, self._variance)
         beyond = np.append(surprise, surprise.sum()) > self._limit
+        if not beyond.any():
+            self._since_ns[:] = -1
+            return ""
         self._since_ns[beyond & (self._since_ns < 0)] = time_ns
         self._since_ns[~beyond] = -1
         late = beyond & (time_ns - self._since_ns >= _LONG_NS)

@@ -362,8 +362,8 @@ class GridStation:
     """
 
     __slots__ = ("_advance", "_advance_steps", "_events", "_following", "_glance", "_grid", "_inputs",
-                 "_next_step", "_read", "_record", "_reports", "_shown", "hand_over", "name", "now", "plant",
-                 "state")
+                 "_next_step", "_read", "_record", "_refused_ns", "_reports", "_shown", "hand_over", "name",
+                 "now", "plant", "state")
 
     def __init__(self, name: str, plant: Plant, state: Any, inputs: PlantInputs, record: PlantRecord,
                  grid: RateClock, events: list[EventRow]) -> None:
@@ -376,6 +376,7 @@ class GridStation:
         self._reports, self._events = plant.reports if offers(plant, Reports) else None, events
         known = inputs.plain and self._reports is None and not plant.feedthrough
         self._advance_steps = plant.advance_steps if known and offers(plant, AdvancesSteps) else None
+        self._refused_ns = NEVER  # the steps up to here are taken one by one
         self._shown: tuple[Value, ...] | None = None
         self._start_steps()
 
@@ -428,6 +429,8 @@ class GridStation:
         """Take all steps up to an instant, or to the next of the recorder's, at once, if they are several."""
         assert self._advance_steps is not None
         last_ns = min(stop_ns, self._record.next)
+        if last_ns <= self._refused_ns:
+            return False
         index = self._grid.first_at_or_after(self._following)
         last = self._grid.last_at_or_before(last_ns)
         if last - index < 1:
@@ -435,6 +438,7 @@ class GridStation:
         times = [self._grid.tick(k) for k in range(index, last + 1)]
         starts = [self.now, *times[:-1]]
         if not self._advance_steps(self.state, self._inputs.ahead(starts), self.now, times):
+            self._refused_ns = times[-1]
             return False
         for start in starts:
             self._inputs.latch_due(start)
@@ -479,7 +483,7 @@ class GridStation:
         self.state, self.now, inputs = saved
         self._inputs.restore(inputs)
         self._record.resume(recorded_to_ns)
-        self._shown = None
+        self._shown, self._refused_ns = None, NEVER
         self._start_steps()
 
 

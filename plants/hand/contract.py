@@ -15,7 +15,7 @@ from llvmlite.binding import load_library_permanently
 from numba import types
 from numpy.typing import NDArray
 
-from fesloop.compiled import compiled
+from fesloop.compiled import assign, compiled
 from fesloop.errors import InputError, RunError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS, PARTS
@@ -183,7 +183,7 @@ def take_steps(
         if heights.size and mocap_pos[0, 2] != heights[k]:
             mocap_pos[0, 2] = heights[k]
             stage = _NOTHING_SKIPPED
-        userdata[2 * table.shape[0]:] = activation[k]
+        assign(userdata[2 * table.shape[0]:], activation[k])
         pull(qpos, qvel, userdata, qfrc_applied, table, arms, joints, step_s)
         _forward_skip(model, data, stage, 1)
         _implicit(model, data)
@@ -453,11 +453,16 @@ def advance_steps(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | No
     False, with the state as before, where something else than muscles and table acts in one of the steps, or
     the simulation becomes unstable.
     """
-    holding = hold is not None and state.time_ns <= hold.over_ns + step_ns
-    if holding or not state.given or _UNCOMPILED:  # plain Python cannot call MuJoCo's C functions
+    last_ns = times_ns[-1] - step_ns
+    releasing = (hold is not None and last_ns > hold.until_ns
+                 and state.time_ns <= hold.over_ns + step_ns)
+    offering = not state.given and thing is not None and last_ns >= _given_ns(thing)
+    if releasing or offering or _UNCOMPILED:  # plain Python cannot call MuJoCo's C functions
         return False
     before, views = np.empty(mujoco.mj_stateSize(model, _STATE)), state.views
     mujoco.mj_getState(model, state.data, before, _STATE)
+    if hold is not None and last_ns <= hold.until_ns:
+        hold.press(state.data, state.time_ns)  # as firmly in all of these steps
     heights = np.array([] if table is None else [_height(table, time - step_ns) for time in times_ns])
     done = take_steps(
         model._address, state.data._address, _VELOCITY_SKIPPED if state.evaluated else _NOTHING_SKIPPED,
@@ -473,10 +478,15 @@ def advance_steps(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | No
 
 def _offer(model: mujoco.MjModel, thing: GraspObject, state: HandState) -> None:
     """Give the object if it is due and there is room, trying every 100 ms."""
-    since_ns = state.time_ns - round(thing.given_at_s * NS_PER_S)
+    since_ns = state.time_ns - _given_ns(thing)
     if since_ns >= 0 and since_ns % OFFER_PERIOD_NS < model.opt.timestep * NS_PER_S:
         state.given = give(model, thing, state.data)
         state.evaluated = False
+
+
+def _given_ns(thing: GraspObject) -> int:
+    """Instant from which the object is offered, ns."""
+    return round(thing.given_at_s * NS_PER_S)
 
 
 def _rest_on_floor(views: Views) -> None:
