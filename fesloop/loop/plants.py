@@ -189,10 +189,12 @@ class PlantRecord:
 
     def hand_over(self) -> None:
         """Stack outputs that were noted one by one into a row for the recorder."""
-        if self._seen:
-            times, captured, values = (list(column) for column in zip(*self._seen, strict=True))
-            self._seen.clear()
-            self._add(times, captured, tuple(np.array(column) for column in zip(*values, strict=True)))
+        if seen := self._seen:
+            # `zip` of many rows makes an object for each, and so garbage collections.
+            stacks = tuple([np.array([row[2][port] for row in seen]) for port in range(len(seen[0][2]))])
+            times, captured = [row[0] for row in seen], [row[1] for row in seen]
+            seen.clear()
+            self._add(times, captured, stacks)
 
     def _add(self, times: list[int], captured: list[int], stacks: tuple[Any, ...]) -> None:
         """One row. An output that is sampled is checked there; any other that is not finite ends the run."""
@@ -396,14 +398,17 @@ class GridStation:
     def _through(self, times_ns: Sequence[int], glance: Callable[[Any], Any] | None) -> Iterator[Any]:
         state, inputs, record, advance = self.state, self._inputs, self._record, self._advance
         values, queues, direct = inputs.values, inputs.queues, self.plant.feedthrough
-        reports = self._reports
+        reports, at_once = self._reports, self._advance_steps is not None
         following = self._following
         for instant in times_ns:
             while following <= instant:
                 now = self.now
-                if self._advance_steps is not None and self._took_steps(instant):
-                    following = self._following
-                    continue
+                if at_once:
+                    if record.next < following:
+                        record.see_held(now, following, self.read_now())
+                    if self._took_steps(instant):
+                        following = self._following
+                        continue
                 for queue in queues:
                     if queue and queue[0][3] <= now:
                         self._latch_due()
