@@ -44,8 +44,8 @@ def block_rows(dtype: np.dtype[np.void], rows: Sequence[BlockRow], trial: int, k
     if rows:
         table["trial"] = trial
         # `zip` of many rows makes an object for each, and so garbage collections.
-        stamps = [[row[k] for row in rows] for k in range(len(BLOCK_STAMPS) - 1)]
-        columns = [[row[-1][port] for row in rows] for port in kept]
+        stamps: list[list[Any]] = [[row[k] for row in rows] for k in range(len(BLOCK_STAMPS) - 1)]
+        columns: list[list[Any]] = [[row[-1][port] for row in rows] for port in kept]
         for name, column in zip((dtype.names or ())[1:], stamps + columns, strict=True):
             table[name] = _filled(column, dtype[name].shape)
     return table
