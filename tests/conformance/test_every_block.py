@@ -14,6 +14,7 @@ import conformance_parts as parts
 import numpy as np
 import pytest
 
+from fesloop.errors import RunError
 from fesloop.loop.abilities import (
     OF_BLOCKS,
     OF_PLANTS,
@@ -44,6 +45,7 @@ from fesloop.loop.assembly import empty_sample
 from fesloop.loop.block import Tick, is_plant
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.signals import check_shapes, require_stacks
+from plants.stimulator import Stimulator
 
 KINDS = sorted({e.name for e in entry_points(group="fesloop.blocks")} - parts.NOT_WITHOUT_FILES)
 TICKS = 40
@@ -356,6 +358,27 @@ class Wrong:
 
     def guarded(self):
         return ()
+
+
+class OneTooMany(Stimulator):
+    """Puts out one tick too many."""
+
+    def steps_through(self, state, inputs, ticks):
+        stacks = super().steps_through(state, inputs, ticks)
+        return tuple(np.concatenate((stack, stack[-1:])) for stack in stacks)
+
+
+class Foreseeing(Stimulator):
+    """Reads what the last tick reads in all of them."""
+
+    def steps_through(self, state, inputs, ticks):
+        return super().steps_through(state, [[column[-1]] * len(ticks) for column in inputs], ticks)
+
+
+@pytest.mark.parametrize(("wrong", "fault"), [(OneTooMany, RunError), (Foreseeing, AssertionError)])
+def test_ticks_in_one_call_that_are_not_those_of_steps_are_caught(wrong, fault):
+    with pytest.raises(fault):
+        steps_through("stimulator", wrong(channels=4))
 
 
 def test_a_member_with_another_signature_is_named():
