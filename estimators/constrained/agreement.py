@@ -132,7 +132,9 @@ def judge(rest: Any, doubt: Any, tissue_sd: float, misfit: Any, doubted: Any) ->
     return changed
 
 
-def learn_levers_anew(rest: NDArray[np.float64], covariance: NDArray[np.float64], lever_sd_m: float) -> None:
+def learn_levers_anew(
+    rest: NDArray[np.float64], covariance: NDArray[np.float64], lever_sd: NDArray[np.float64]
+) -> None:
     """Forget lever arms, and all disagreement, of joints whose sensors get other clocks.
 
     Lever arms that were learnt from samples of two instants are wrong and certain; as they are put right, all
@@ -141,10 +143,11 @@ def learn_levers_anew(rest: NDArray[np.float64], covariance: NDArray[np.float64]
     Parameters
     ----------
     rest: (hypotheses, joints, COLUMNS); covariance: (hypotheses, joints, N, N); both updated.
+    lever_sd: (joints, 6), their first sds, m.
     """
     rest[..., TURNED:] = 0.0
     levers = np.arange(LEVERS, TILTS)
-    covariance[..., levers, levers] += (_WRONG_LEVERS * lever_sd_m) ** 2
+    covariance[..., levers, levers] += (_WRONG_LEVERS * lever_sd) ** 2
 
 
 @compiled

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body.body import Body
 from estimators.body.joint_constraints import HINGE, SADDLE, JointTable
 from estimators.constrained.agreement import COLUMNS
 from estimators.constrained.measurements import N
@@ -105,18 +106,44 @@ _FIRST_TILT = 0.3
 """Sd of the first sample's vertical, rad: 3 m/s^2 of acceleration against gravity (chosen)."""
 
 
+_ACROSS = 0.02
+"""Sd of a sensor's place across its segment, m (chosen: half of a finger's thickness, and of a palm's)."""
+
+
+def expected_levers(body: Body | None, table: JointTable, sd: float) -> tuple[Array, Array]:
+    """Lever arms of each joint's sensors, (joints, 6), m, and their sds, from the lengths of their segments.
+
+    A sensor sits somewhere along its segment. `sd`, m, holds for segments without a length, as a tree's root
+    and joints without a body have; the joint's centre is expected there.
+    """
+    levers, sds = np.zeros((2, len(table.ends), 2, 3))
+    sds[:] = sd
+    if body is None:
+        return levers.reshape(-1, 6), sds.reshape(-1, 6)
+    bases, bones = body.tree.geometry[:, 3], body.tree.geometry[:, 4]
+    spread = np.sqrt(_ACROSS ** 2 + bones ** 2 / 12.0)
+    parents, children = body.sensed[table.ends].T
+    for side, segments, places in ((0, parents, -0.5 * bones[parents] - bases[children]),
+                                   (1, children, 0.5 * bones[children])):
+        has = bones[segments].any(axis=1)
+        levers[has, side], sds[has, side] = places[has], spread[segments[has]]
+    return levers.reshape(-1, 6), sds.reshape(-1, 6)
+
+
 class Unknown(NamedTuple):
     """Initial uncertainty of a joint.
 
     axis_sd: sd of its axes in the sensors' frames, rad, both together; bias_sd: sd of a gyroscope's bias,
         rad/s;
-    lever_sd: sd of each component of the lever arms, m. pose: (joints, 4), child to parent in the initial
-    pose, or None; pose_sd: sd of its headings, rad.
+    levers, lever_sd: (joints, 6), expected lever arms of parent and child in their frames, and the sd of each
+        component, m.
+    pose: (joints, 4), child to parent in the initial pose, or None; pose_sd: sd of its headings, rad.
     """
 
     axis_sd: float
     bias_sd: float
-    lever_sd: float
+    levers: Array
+    lever_sd: Array
     pose: Array | None = None
     pose_sd: float = 0.0
 
@@ -169,7 +196,7 @@ def begin_missing(
 def _begin(
     found: Hypotheses, j: int, table: JointTable, up: Array, unknown: Unknown, in_pose: bool
 ) -> None:
-    axis_sd, bias_sd, lever_sd, pose, pose_sd = unknown
+    axis_sd, bias_sd, levers, lever_sd, pose, pose_sd = unknown
     kind, told_sd = int(table.kinds[j]), math.hypot(axis_sd, _FIRST_TILT)
     upright_sd = _FIRST_TILT
     if in_pose and pose is not None:
@@ -182,8 +209,9 @@ def _begin(
     found.q[:, j] = np.nan
     found.q[:count, j] = orientations
     found.rest[:, j] = 0.0
-    found.rest[:, j, 9:12] = up[1]
-    variances = np.repeat([0.0, 2.0 * bias_sd ** 2, lever_sd ** 2, 0.5 * axis_sd ** 2], [3, 3, 6, 4])
+    found.rest[:, j, 3:9], found.rest[:, j, 9:12] = levers[j], up[1]
+    variances = np.concatenate([np.repeat([0.0, 2.0 * bias_sd ** 2], 3), lever_sd[j] ** 2,
+                                np.full(4, 0.5 * axis_sd ** 2)])
     found.covariance[:, j] = np.diag(variances)
     about = np.outer(vertical, vertical)
     found.covariance[:, j, :3, :3] = (

@@ -35,8 +35,15 @@ _FADES_S = 30.0
 """Time constant of the correlation, s (chosen: clocks drift by less than a millisecond in it)."""
 _LOWEST = 2.0 * math.pi
 """Angular frequency below which accelerations do not count, rad/s (chosen: above gravity in motion)."""
-_LEAST = 0.2
-"""Least shared acceleration, rms, m/s^2 (chosen: errors of gravity and of lever arms look like less)."""
+_HIGHEST = 2.0 * math.pi * 5.0
+"""Angular frequency above which they do not where the movement below it suffices, rad/s (chosen: sensors on
+soft tissue ring at some 11 Hz after each quick turn, later than their bones; slow movements share vibration
+alone)."""
+WHOLE, LOW = range(2)
+"""Bands that are correlated: above `_LOWEST`, and between it and `_HIGHEST`."""
+_LEAST = 0.2, 0.1
+"""Least shared acceleration in each, rms, m/s^2 (chosen: errors of gravity and of lever arms look like
+less)."""
 _FIRST_S = 8.0
 """Least duration of a correlation that is believed, s (chosen: some movements)."""
 _MOST = 2.5
@@ -50,8 +57,11 @@ _SURE = 3.0
 """Sds beyond which a difference is one (chosen: looked at every second, for hours)."""
 _KNOWN_S = 0.01
 """Sd of a difference above which events say that it is not known, s (chosen: three of it are 30 ms)."""
-_LEAST_S = 4e-3
-"""Least difference that is made good, s (chosen: below it joints lose less than by interpolation)."""
+_LEAST_S, _FIRST_LEAST_S = 4e-3, 10e-3
+"""Least difference that is made good, s (chosen: below it joints lose less than by interpolation), and least
+one while all sensors seem simultaneous (chosen: soft tissue alone looks like up to 8 ms)."""
+VALUE, SLOW, FIRST, SECOND = range(4)
+"""Rows of an acceleration in `Lateness.band`."""
 
 
 @dataclass(slots=True, eq=False)
@@ -68,10 +78,12 @@ class Lateness:
     past: (rows, 2, n, 3), newest rates and accelerations, a ring; NaN before the first.
     newest: row of the newest; newest_ns: its capture.
     frame: (joints, 4), child's sensor to a frame that does not rotate.
-    mean: (joints, 2, 3), m/s^2, slow part of the acceleration from parent and child.
-    kept: (joints, 2, lags + 1, 3), m/s^2, newest fast parts, the newest first.
-    product: (joints, 2 lags + 1), sum of products by lag of the child; energy: (joints, 2), sums of squares.
-    usable: (joints, lags + 1), whether the newest fast parts are known, the newest first.
+    passed: (joints, 2, 4, 3), of the acceleration from parent and child, m/s^2: newest value, slow part, and
+        the low pass's two states.
+    kept: (bands, joints, 2, lags + 1, 3), m/s^2, newest values in each band, the newest first.
+    product: (bands, joints, 2 lags + 1), sum of products by lag of the child; energy: (bands, joints, 2),
+        sums of squares.
+    usable: (joints, lags + 1), whether these are known, the newest first.
     lasted: (joints, lags + 1), s, weight of the products by their lag either way. A lost sample is missing in
         two products of each lag but 0, where it is missing in one: sums alone would peak there.
     """
@@ -82,7 +94,7 @@ class Lateness:
     rates: Rates
     past: Array
     frame: Array
-    mean: Array
+    passed: Array
     kept: Array
     product: Array
     energy: Array
@@ -103,9 +115,9 @@ class Lateness:
         frame = np.zeros((joints, 4))
         frame[:, 0] = 1.0
         return cls(period_s, spacing, np.zeros(sensors), Rates.unknown(sensors),
-                   np.full((rows, 2, sensors, 3), np.nan), frame, np.zeros((joints, 2, 3)),
-                   np.zeros((joints, 2, lags + 1, 3)), np.zeros((joints, 2 * lags + 1)),
-                   np.zeros((joints, 2)), np.zeros((joints, lags + 1), dtype=np.bool_),
+                   np.full((rows, 2, sensors, 3), np.nan), frame, np.zeros((joints, 2, 4, 3)),
+                   np.zeros((2, joints, 2, lags + 1, 3)), np.zeros((2, joints, 2 * lags + 1)),
+                   np.zeros((2, joints, 2)), np.zeros((joints, lags + 1), dtype=np.bool_),
                    np.zeros((joints, lags + 1)), np.zeros(joints, dtype=np.bool_))
 
     def align(self, inputs: Sequence[Sample], ticks: int) -> Sequence[Sample]:
@@ -130,6 +142,18 @@ class Lateness:
         simultaneous(self.past, self.newest, self._waits(), *values)
         return [sample._replace(value=value) for sample, value in zip(inputs, values, strict=True)]
 
+    def differences(self) -> tuple[Array, Array]:
+        """By how much each joint's child is later than its parent, s, and the sd; (joints,), inf if unknown.
+
+        Movement tells it where there is enough of it, else all that both sides share.
+        """
+        late_s, sd_s = np.zeros((2, 2, len(self.lasted)))
+        for band in (WHOLE, LOW):
+            differences(self.product[band], self.energy[band], self.lasted, self.spacing * self.period_s,
+                        band, late_s[band], sd_s[band])
+        moved = sd_s[LOW] <= _KNOWN_S
+        return np.where(moved, late_s[LOW], late_s[WHOLE]), np.where(moved, sd_s[LOW], sd_s[WHOLE])
+
     def turns(self) -> Array:
         """Rotation of each sensor since that instant, (n, 3), rad: by what came, then by its newest rate."""
         turns = np.zeros((len(self.late_s), 3))
@@ -152,10 +176,10 @@ class Lateness:
         sensor is against most of them, and which are slow; none where nothing changed. Correlations of what
         has been made good begin anew.
         """
-        late_s, sd_s = np.zeros((2, len(self.lasted)))
-        differences(self.product, self.energy, self.lasted, self.spacing * self.period_s, late_s, sd_s)
+        late_s, sd_s = self.differences()
         self.told |= sd_s <= _KNOWN_S
-        new = np.abs(late_s) > np.maximum(_LEAST_S, _SURE * sd_s)
+        least_s = _LEAST_S if self.late_s.any() else _FIRST_LEAST_S
+        new = np.abs(late_s) > np.maximum(least_s, _SURE * sd_s)
         every = self.rates.found()
         changed = every != self.rates.every
         slow = bool(changed.any())
@@ -171,7 +195,7 @@ class Lateness:
             self.late_s[sorted(beyond)] += late_s[j]
         # Held samples are late by half their interval, which is gone once they are interpolated.
         for j in np.flatnonzero(new | changed[ends].any(axis=1)):
-            self.product[j], self.energy[j], self.usable[j], self.lasted[j] = 0.0, 0.0, False, 0.0
+            self.product[:, j], self.energy[:, j], self.usable[j], self.lasted[j] = 0.0, 0.0, False, 0.0
         self.late_s -= self.late_s.min()
         np.minimum(self.late_s, (len(self.past) - 2 - SLOWEST) * self.period_s, out=self.late_s)
         self.known = bool(self.late_s.any() or every.max() > 1)
@@ -288,7 +312,7 @@ def advanced(q: Any, turns: Any) -> Any:
 @compiled
 def correlate(
     q: Any, rest: Any, ends: Any, gyr: Any, acc: Any, seen: Any, period: float, spacing: int, frame: Any,
-    mean: Any, kept: Any, product: Any, energy: Any, usable: Any, lasted: Any
+    passed: Any, kept: Any, product: Any, energy: Any, usable: Any, lasted: Any
 ) -> None:
     """Add the newest two samples to the correlations of all joints.
 
@@ -301,7 +325,12 @@ def correlate(
     """
     elapsed = spacing * period
     left, share = math.exp(-elapsed / _FADES_S), 1.0 - math.exp(-elapsed * _LOWEST)
-    lags, matrix = kept.shape[2] - 1, np.empty((3, 3))
+    lags, matrix = kept.shape[3] - 1, np.empty((3, 3))
+    # Butterworth low pass of second order, by the bilinear transform.
+    warped = math.tan(0.5 * elapsed * _HIGHEST)
+    square, damping = warped * warped, math.sqrt(2.0) * warped
+    scale = 1.0 / (1.0 + damping + square)
+    gain, feed_1, feed_2 = scale * square, 2.0 * scale * (square - 1.0), scale * (1.0 - damping + square)
     for j in range(ends.shape[0]):
         p, c = ends[j, 0], ends[j, 1]
         # Both sides are turned alike, so that a small error of this turn changes nothing.
@@ -317,12 +346,16 @@ def correlate(
         if not usable[j, gap]:
             gap = 1
         for side in range(2):
-            for k in range(lags, 0, -1):
+            for band in range(2):
+                values = kept[band, j, side]
                 for a in range(3):
-                    kept[j, side, k, a] = kept[j, side, k - 1, a]
+                    for k in range(lags, 0, -1):
+                        values[k, a] = values[k - 1, a]
+                    if not usable[j, 0]:
+                        values[0, a] = 0.0
+                if not usable[j, 0]:
+                    energy[band, j, side] *= left
             if not usable[j, 0]:
-                kept[j, side, 0, 0], kept[j, side, 0, 1], kept[j, side, 0, 2] = 0.0, 0.0, 0.0
-                energy[j, side] *= left
                 continue
             i, arm = ends[j, side], 3 + 3 * side
             spin_matrix(mean_of(gyr, i), change_of(gyr, i, period), matrix)
@@ -332,32 +365,42 @@ def correlate(
             if side == 0:
                 v = rotated(conjugate(components(q[j])), v)
             v = rotated(components(frame[j]), v)
-            square = 0.0
+            state = passed[j, side]
             for a in range(3):
                 if lasted[j, 0] == 0.0:
-                    mean[j, side, a] = v[a]
-                # Through lost samples the mean follows a line: left behind, it would be one more signal that
-                # both sides share, at one time.
-                before = kept[j, side, gap, a] + mean[j, side, a]
+                    state[VALUE, a], state[SLOW, a], state[FIRST, a], state[SECOND, a] = v[a], v[a], 0.0, 0.0
+                # Through lost samples it follows a line: left behind, its slow part would be one more signal
+                # that both sides share, at one time.
+                before = state[VALUE, a]
                 for k in range(1, gap + 1):
-                    mean[j, side, a] += share * (before + k / gap * (v[a] - before) - mean[j, side, a])
-                kept[j, side, 0, a] = v[a] - mean[j, side, a]
-                square += kept[j, side, 0, a] ** 2
-            # One blow must not outweigh all movement before it: its shape is that of errors.
-            most = _MOST ** 2 * energy[j, side] * elapsed / lasted[j, 0] if lasted[j, 0] > 1.0 else square
-            if square > most:
-                for a in range(3):
-                    kept[j, side, 0, a] *= math.sqrt(most / square)
-                square = most
-            energy[j, side] = left * energy[j, side] + square
+                    value = before + k / gap * (v[a] - before)
+                    state[SLOW, a] += share * (value - state[SLOW, a])
+                    value -= state[SLOW, a]
+                    low = gain * value + state[FIRST, a]
+                    state[FIRST, a] = 2.0 * gain * value - feed_1 * low + state[SECOND, a]
+                    state[SECOND, a] = gain * value - feed_2 * low
+                    kept[WHOLE, j, side, 0, a], kept[LOW, j, side, 0, a] = value, low
+                state[VALUE, a] = v[a]
+            for band in range(2):
+                newest = kept[band, j, side, 0]
+                square = newest[0] ** 2 + newest[1] ** 2 + newest[2] ** 2
+                # One blow must not outweigh all movement before it: its shape is that of errors.
+                most = (_MOST ** 2 * energy[band, j, side] * elapsed / lasted[j, 0] if lasted[j, 0] > 1.0
+                        else square)
+                if square > most:
+                    for a in range(3):
+                        newest[a] *= math.sqrt(most / square)
+                    square = most
+                energy[band, j, side] = left * energy[band, j, side] + square
         for k in range(lags + 1):
-            later, earlier = 0.0, 0.0
-            for a in range(3):
-                later += kept[j, 0, k, a] * kept[j, 1, 0, a]
-                earlier += kept[j, 0, 0, a] * kept[j, 1, k, a]
-            product[j, lags + k] = left * product[j, lags + k] + later
-            if k > 0:
-                product[j, lags - k] = left * product[j, lags - k] + earlier
+            for band in range(2):
+                later, earlier, each = 0.0, 0.0, kept[band, j]
+                for a in range(3):
+                    later += each[0, k, a] * each[1, 0, a]
+                    earlier += each[0, 0, a] * each[1, k, a]
+                product[band, j, lags + k] = left * product[band, j, lags + k] + later
+                if k > 0:
+                    product[band, j, lags - k] = left * product[band, j, lags - k] + earlier
             lasted[j, k] = left * lasted[j, k] + (elapsed if usable[j, 0] and usable[j, k] else 0.0)
 
 
@@ -367,8 +410,14 @@ def _row(matrix: Any, i: int, rest: Any, j: int, arm: int) -> Any:
 
 
 @compiled
-def differences(product: Any, energy: Any, lasted: Any, spacing_s: float, late_s: Any, sd_s: Any) -> None:
-    """Write by how much each child is later than its parent, and its sd, s, (joints,); inf where unknown."""
+def differences(
+    product: Any, energy: Any, lasted: Any, spacing_s: float, band: int, late_s: Any, sd_s: Any
+) -> None:
+    """Write what one band, WHOLE or LOW, tells of the differences, and its sd, s; (joints,), inf if unknown.
+
+    product, energy: of this band.
+    """
+    apart_s = max(spacing_s, math.pi / _HIGHEST) if band == LOW else spacing_s
     middle = product.shape[1] // 2
     whole = np.empty(product.shape[1])
     for j in range(lasted.shape[0]):
@@ -383,8 +432,8 @@ def differences(product: Any, energy: Any, lasted: Any, spacing_s: float, late_s
         before, after = whole[k - 1], whole[k + 1]
         bend = 2.0 * peak - before - after
         rho = min(0.99, peak / math.sqrt(energy[j, 0] * energy[j, 1]))
-        of_noise = _SHARED_SDS * math.sqrt(spacing_s / (3.0 * lasting))
-        if bend > 0.0 and peak * spacing_s > _LEAST ** 2 * lasting and rho > max(_SHARED, of_noise):
+        of_noise = _SHARED_SDS * math.sqrt(apart_s / (3.0 * lasting))
+        if bend > 0.0 and peak * spacing_s > _LEAST[band] ** 2 * lasting and rho > max(_SHARED, of_noise):
             omega = math.sqrt(bend / peak) / spacing_s
             late_s[j] = (k - middle + 0.5 * (after - before) / bend) * spacing_s
             sd_s[j] = math.sqrt((1.0 - rho ** 2) * math.pi / (rho ** 2 * lasting * omega ** 3))

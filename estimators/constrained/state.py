@@ -112,7 +112,7 @@ def take(state: ConstrainedState, repeated: bool, gap: bool) -> None:
     clocks = state.lateness
     if state.taken % clocks.spacing == 0:
         correlate(found.q[0], found.rest[0], table.ends, state.gyr, state.acc, state.seen, clocks.period_s,
-                  clocks.spacing, clocks.frame, clocks.mean, clocks.kept, clocks.product, clocks.energy,
+                  clocks.spacing, clocks.frame, clocks.passed, clocks.kept, clocks.product, clocks.energy,
                   clocks.usable, clocks.lasted)
     state.taken += 1
     if state.taken % LOOK == 0:

@@ -57,6 +57,7 @@ _TABLE: Any = closed("PatientModel", {
     "operating": Required[closed("Operating", {
         "drive": Required[list[float]], "outputs": Required[list[float]]})],
     "fit": Required[dict[str, dict[str, Annotated[float, Field(allow_inf_nan=True)]]]],
+    "closing": NotRequired[list[int]], "grasping": NotRequired[list[int]],
 })
 _FORM = TypeAdapter(_TABLE)
 
@@ -79,7 +80,9 @@ class PatientModel:
         lies between (safety, stimulator) is in it, the tracker's age is not.
     operating_drive, operating_outputs: (channels,), (m,): mean of the binary part, around which it holds.
     fit: percent by kind of prediction and output, on held-out data; under `recruitment` that of the
-        curves, by channel ("channel 0").
+        curves, by channel ("channel 0"); under `sweep` that of what it was fitted to.
+    closing, grasping: channels that close the hand, and all but those that move the wrist alone; empty where
+        the channels were given.
     """
 
     patient: str
@@ -93,11 +96,17 @@ class PatientModel:
     operating_outputs: Array
     fit: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     patient_fingerprint: str = ""
+    closing: tuple[int, ...] = ()
+    grasping: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         model, channels = self.model, len(self.current_ma)
         if model.recruitment is None or model.recruitment.muscles != channels or model.inputs != channels:
             raise InputError("current_ma", f"{channels} channels", f"{model.inputs}, as the model has")
+        for key in ("closing", "grasping"):
+            for channel in getattr(self, key):
+                if not 0 <= channel < channels:
+                    raise InputError(key, f"channel {channel}", f"0 to {channels - 1}")
         if len(self.outputs) != model.outputs:
             raise InputError("outputs", f"{len(self.outputs)} names", f"{model.outputs}, as the model has")
 
@@ -147,7 +156,8 @@ class PatientModel:
             "recruitment": plain(model.recruitment),
             "dynamics": {name: plain(getattr(model, name)) for name in ("a", "b", "c", "offset")},
             "operating": {"drive": plain(self.operating_drive), "outputs": plain(self.operating_outputs)},
-            "fit": {kind: dict(row) for kind, row in self.fit.items()}}
+            "fit": {kind: dict(row) for kind, row in self.fit.items()},
+            **{key: list(getattr(self, key)) for key in ("closing", "grasping") if getattr(self, key)}}
 
     def save(self, path: Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
@@ -216,7 +226,8 @@ def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
             electrodes=tuple(table["electrodes"]), current_ma=tuple(table["current_ma"]), rate=table["rate"],
             model=model, fit=table["fit"], operating_drive=np.array(table["operating"]["drive"]),
             operating_outputs=np.array(table["operating"]["outputs"]),
-            patient_fingerprint=table.get("patient_fingerprint", ""))
+            patient_fingerprint=table.get("patient_fingerprint", ""),
+            closing=tuple(table.get("closing", ())), grasping=tuple(table.get("grasping", ())))
     except InputError as fault:
         raise InputError(f"{path}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
 
@@ -235,6 +246,13 @@ def electrodes_in_words(stimulator: Mapping[str, Any] | None, channels: int) -> 
         text = "+".join(str(element) for element in elements)
         words.append(text + (f" ({', '.join(f'{share:g}' for share in shares)})" if shares else ""))
     return tuple(words)
+
+
+def elements_of(word: str) -> tuple[list[int], list[float]]:
+    """Elements and shares of a virtual electrode in words; no shares where all have the same."""
+    elements, _, shares = word.partition(" (")
+    return ([int(each) for each in elements.split("+")],
+            [float(each) for each in shares.rstrip(")").split(", ")] if shares else [])
 
 
 def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> None:

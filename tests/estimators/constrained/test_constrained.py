@@ -436,14 +436,14 @@ def test_a_sensor_that_is_silent_for_long_is_unseen_and_begins_anew():
 
 def test_another_tree_and_a_left_hand_are_followed_as_well():
     rod = (Segment(name="base"), Segment(name="rod", parent="base", joint="hinge", joint_name="elbow",
-                                         offset=(0.3, 0.0, 0.0), axes=((0.0, 1.0, 0.0),)))
+                                         offset=(0.06, 0.0, 0.0), axes=((0.0, 1.0, 0.0),)))
     body = ConstrainedTracker(sensors=2, segments=rod)
     assert [port.shape for port in body.outputs] == [(2, 4), (1,), (1,), (1, 3), (1, 3), (1,), (1,)]
     motion = Jointed((Joint(parent=0, child=1, kind="hinge", parent_axis=(0.0, 1.0, 0.0),
                             child_axis=(0.0, 1.0, 0.0)),), 1, Errors(noise=0.0))
     times = np.arange(500) / 50
     (_, angles, _, tips, *_), _, _ = run_tracker(body, *motion.samples(times), rate=50)
-    np.testing.assert_allclose(tips[:, 0], 0.3 * np.stack(
+    np.testing.assert_allclose(tips[:, 0], 0.06 * np.stack(
         [np.cos(angles[:, 0]), 0.0 * times, -np.sin(angles[:, 0])], axis=1), atol=1e-3)
     assert np.degrees(np.abs(away(angles[250:], motion.angles(times)[250:])).max()) < 1.0
     left = ConstrainedTracker(sensors=17, hand=HandSize(side="left"))
