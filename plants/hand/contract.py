@@ -405,17 +405,30 @@ def contact_forces(data: mujoco.MjData, parts: Numbers) -> tuple[Array, Array]:
     if data.ncon == 0:
         return every, of_object
     contacts = data.contact
-    rows, pairs = np.asarray(contacts.efc_address), parts[np.asarray(contacts.geom)].reshape(-1, 2)
-    for row, pair in zip(rows, pairs, strict=True):
+    add_forces(np.asarray(contacts.efc_address), np.asarray(contacts.geom), parts, data.efc_force, every,
+               of_object)
+    return every, of_object
+
+
+@compiled
+def add_forces(
+    rows: NDArray[np.int32], geoms: NDArray[np.int32], parts: Numbers, efc_force: Array, every: Array,
+    of_object: Array,
+) -> None:
+    """Add the normal forces of contacts to those of their `parts` of geoms, and those of the object's.
+
+    `rows` (n,) and `geoms` (n, 2) are MuJoCo's `efc_address` and `geom` of the contacts.
+    """
+    for row, pair in zip(rows, geoms):  # noqa: B905 - Numba has no `strict`
         if row < 0:
             continue
-        force = data.efc_force[row]  # the first row of a contact is along its normal
-        for part in pair:
-            if part >= 0:
-                every[part] += force
-        if min(pair) == OBJECT_PART and max(pair) >= 0:
-            of_object[max(pair)] += force
-    return every, of_object
+        force, one, other = efc_force[row], parts[pair[0]], parts[pair[1]]  # the first row is the normal's
+        if one >= 0:
+            every[one] += force
+        if other >= 0:
+            every[other] += force
+        if min(one, other) == OBJECT_PART and max(one, other) >= 0:
+            of_object[max(one, other)] += force
 
 
 def turn_forearm(state: HandState, start: Array, target: Value) -> None:
