@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import chi2, norm
+from scipy.special import chdtri, ndtri
 
 from estimators.arrivals import LOST
 from estimators.body.body import Body
@@ -211,9 +211,9 @@ def against_gravity(body: Body, gravity: Gravity, evidence: PoseEvidence) -> Con
         return None
     rate = 0.5 * evidence.false_alarm / TESTS
     together, each = gravity.surprise()
-    limit = float(chi2.isf(rate / each.size, 2))
+    limit = float(chdtri(2, rate / each.size))
     beyond = each > limit
-    if not beyond.any() and together <= chi2.isf(rate, gravity.residual.size):
+    if not beyond.any() and together <= chdtri(gravity.residual.size, rate):
         return None
     # Where no sensor contradicts the pose alone, all do together, and the worst are named.
     named = np.flatnonzero(beyond) if beyond.any() else np.arange(each.size)
@@ -415,8 +415,8 @@ class ReleaseWatch:
         self._body, self._evidence = body, evidence
         joints = max(1, int(body.seen().sum()))
         rate = 0.5 * evidence.false_alarm / TESTS
-        self._limit = np.full(count + 1, chi2.isf(rate / joints, 3))
-        self._limit[-1] = chi2.isf(rate, 3 * joints)
+        self._limit = np.full(count + 1, chdtri(3, rate / joints))
+        self._limit[-1] = chdtri(3 * joints, rate)
         self._low, self._high = np.zeros((count, 3)), np.zeros((count, 3))
         self._variance = np.full((count, 3), math.radians(evidence.axis_sd_deg)**2)
         for k, (_, freedoms, first) in enumerate(tree.layout.tolist()):
@@ -498,11 +498,11 @@ class ReleaseWatch:
         usual = np.array([expected for _, expected in rows])
         short = usual - closed
         rate = 0.5 * self._evidence.false_alarm / TESTS
-        least = norm.isf(rate) * math.hypot(_FINGERS_SD, _FINGER_SD / math.sqrt(len(rows)))
+        least = -ndtri(rate) * math.hypot(_FINGERS_SD, _FINGER_SD / math.sqrt(len(rows)))
         late = np.full(len(rows), bool(short.mean() > least))
         if not late.any() and len(rows) > 2:
             others = np.array([np.median(np.delete(short, i)) for i in range(len(rows))])
-            late = short - others > norm.isf(rate / len(rows)) * _FINGER_SD * math.sqrt(1.0 + 1.0 / len(rows))
+            late = short - others > -ndtri(rate / len(rows)) * _FINGER_SD * math.sqrt(1.0 + 1.0 / len(rows))
         if not late.any():
             return ""
         for i in np.flatnonzero(late):
