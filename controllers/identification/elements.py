@@ -25,6 +25,7 @@ from scipy.special import ndtr
 
 from fesloop.errors import InputError
 from fesloop.models.linear_model import LinearModel, Recruitment
+from fesloop.models.patient_model import LEAST_FIT
 
 Array = NDArray[np.float64]
 CHRONAXIE_US = 122.0
@@ -187,10 +188,11 @@ def choose_elements(
     """
     curves = [curve_of(seen.effective_ma, moved) for moved in seen.moved]
     gains = np.degrees([_reached(curve, greatest_ma) * curve.gain for curve in curves])
-    candidates = [int(e) for e in np.flatnonzero(np.abs(gains).max(axis=1) >= _LEAST_DEG)]
+    candidates = [e for e, curve in enumerate(curves)
+                  if np.abs(gains[e]).max() >= _LEAST_DEG and curve.fit_percent >= LEAST_FIT]
     if len(candidates) < channels:
         raise InputError("elements", f"{len(candidates)} of {len(curves)} move the hand by more than "
-                         f"{_LEAST_DEG:g} deg", f"{channels}, one a channel",
+                         f"{_LEAST_DEG:g} deg, as their current rises", f"{channels}, one a channel",
                          "more current, fewer channels, or other places of the arrays")
     weight = np.array([weights.get(name, 0.5) for name in seen.outputs])
     rest = np.degrees(seen.rest)

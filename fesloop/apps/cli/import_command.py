@@ -17,7 +17,32 @@ def execute(args: Namespace) -> int:
         raise InputError("TARGET", "is missing" if args.target is None else "is given twice",
                          "the file to write, as TARGET or with --out")
     args.target = args.target or args.out
+    if args.source.endswith(".ssp"):
+        return _import_system(args)
+    if args.rate is not None:
+        raise InputError("--rate", "is of systems of FMUs, .ssp", "no such option with a recording")
     return _import_stimulation(args) if args.stimulation else _import_motion(args)
+
+
+def _import_system(args: Namespace) -> int:
+    """Import a system of FMUs as an experiment; print what it lacks."""
+    from fesloop.experiment.registry import system_importer
+
+    for option in ("layout", "sensor_set", "resample", "stimulation"):
+        if getattr(args, option):
+            raise InputError(
+                f"--{option.replace('_', '-')}", "is of recordings", "no such option with an .ssp"
+            )
+    with progress_bar(f"import {args.source}"):
+        imported = system_importer()(args.source, args.target, args.rate or "1000")
+    for note in imported.notes:
+        print(f"fesloop: {args.source}: {note}", file=sys.stderr)
+    if args.json:
+        print_json({"experiment": str(imported.experiment), "components": imported.components,
+                    "connections": imported.connections, "notes": list(imported.notes)})
+    else:
+        print(imported.experiment)
+    return 0
 
 
 def _import_stimulation(args: Namespace) -> int:
