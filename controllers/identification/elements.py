@@ -63,11 +63,13 @@ class Posture:
 
     Attributes
     ----------
+    name: for reports.
     deg: angles by output; others stay as at rest.
     most: greatest recruited fraction: what is left makes up for fatigue and for what does not add up.
     weight: of its error.
     """
 
+    name: str
     deg: Mapping[str, float]
     most: float
     weight: float = 1.0
@@ -75,9 +77,10 @@ class Posture:
 
 _FINGERS = ("F2_flexion", "F3_flexion", "F4_flexion", "F5_flexion")
 GRASP = (
-    Posture(deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 18.0)}, most=0.6),
-    Posture(deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 80.0), THUMB: 30.0}, most=0.6),
-    Posture(deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 105.0), THUMB: 45.0}, most=0.9, weight=0.5))
+    Posture(name="opened", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 18.0)}, most=0.6),
+    Posture(name="closed", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 80.0), THUMB: 30.0}, most=0.6),
+    Posture(name="pressing", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 105.0), THUMB: 45.0}, most=0.9,
+            weight=0.5))
 """A hand that opens, that closes, and that presses on an object: as beyond it."""
 WEIGHTS = {WRIST: 1.0, **dict.fromkeys(_FINGERS, 0.5), THUMB: 0.7}
 """Of errors in the outputs (chosen: the wrist carries all fingers)."""

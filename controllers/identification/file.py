@@ -17,6 +17,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.patients import describe, patient_fingerprint
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.models.electrode_arrays import arrays_in_words
 from fesloop.models.patient_model import RECRUITMENT, PatientModel, electrodes_in_words
 
 Array = NDArray[np.float64]
@@ -80,13 +81,14 @@ def identify_recording(
         signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"
         record = read_record(recording, excitation, source, signal, _names(blocks, signal))
         found = identify(record, method=method)
-        stimulator = _first(blocks, "stimulator")
+        stimulator, electrodes = _first(blocks, "stimulator"), _first(blocks, "electrodes")
         choice = recording.experiment.get("patient")
         model = PatientModel(
             patient=describe(choice) if choice else "",
             patient_fingerprint=patient_fingerprint(choice) if choice else "",
             source=f"{recording.name} {recording.fingerprint[:12]} {signal}", outputs=record.outputs,
             electrodes=electrodes_in_words(blocks[stimulator] if stimulator else None, record.channels),
+            arrays=arrays_in_words(blocks[electrodes] if electrodes else None),
             current_ma=tuple(round(value, 9) for value in found.current_ma), rate=blocks[excitation]["rate"],
             model=found.model, operating_drive=found.operating_drive,
             operating_outputs=found.operating_outputs,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import isfinite, radians
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Sample, Value, is_finite
+from fesloop.models.electrode_arrays import ElectrodeArrays
 
 Array = NDArray[np.float64]
 
@@ -101,6 +102,16 @@ class ElementSweep:
     def duration_s(self) -> float:
         """Duration of the whole sweep, at most."""
         return self.begin_s + len(self.order) * (len(self.current_ma) * self.stair_s + self.rest_s)
+
+    @classmethod
+    def for_arrays(cls, arrays: ElectrodeArrays, own: Mapping[str, Any], wired: Collection[str]
+                   ) -> dict[str, int]:
+        """The number of elements."""
+        return {"count": arrays.elements}
+
+    def of_arrays(self) -> list[tuple[str, str]]:
+        """Duration of the sweep over the elements."""
+        return [("sweep", f"of {len(self.order)} elements takes {self.duration_s:g} s at most")]
 
     @property
     def inputs(self) -> tuple[Port, ...]:

@@ -46,7 +46,8 @@ _NESTED = list[list[float]]
 _TABLE: Any = closed("PatientModel", {
     "format": Required[str], "patient": Required[str], "source": Required[str],
     "patient_fingerprint": NotRequired[str],
-    "outputs": Required[list[str]], "electrodes": Required[list[str]], "current_ma": Required[list[float]],
+    "outputs": Required[list[str]], "electrodes": Required[list[str]], "arrays": NotRequired[str],
+    "current_ma": Required[list[float]],
     "rate": Required[str], "delay_ms": Required[float],
     "recruitment": Required[closed("Curves", {
         "threshold_ma": Required[list[float]], "spread": Required[list[float]],
@@ -74,6 +75,8 @@ class PatientModel:
         that is not known.
     outputs: names of the m outputs.
     electrodes: of each channel, in words; empty where there is no stimulator.
+    arrays: electrode arrays that it was identified with (`fesloop.models.electrode_arrays.arrays_in_words`);
+        empty for the usual ones.
     current_ma: (channels,), at which pulse widths were modulated.
     rate: of the samples.
     model: recruitment, dynamics and delay, from the controller's pulses to the instants of capture: what
@@ -96,6 +99,7 @@ class PatientModel:
     operating_outputs: Array
     fit: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     patient_fingerprint: str = ""
+    arrays: str = ""
     closing: tuple[int, ...] = ()
     grasping: tuple[int, ...] = ()
 
@@ -151,7 +155,8 @@ class PatientModel:
             "format": FORMAT, "patient": self.patient,
             **({"patient_fingerprint": self.patient_fingerprint} if self.patient_fingerprint else {}),
             "source": self.source, "outputs": list(self.outputs),
-            "electrodes": list(self.electrodes), "current_ma": list(self.current_ma), "rate": self.rate,
+            "electrodes": list(self.electrodes), **({"arrays": self.arrays} if self.arrays else {}),
+            "current_ma": list(self.current_ma), "rate": self.rate,
             "delay_ms": model.delay_ns / NS_PER_MS,
             "recruitment": plain(model.recruitment),
             "dynamics": {name: plain(getattr(model, name)) for name in ("a", "b", "c", "offset")},
@@ -226,7 +231,7 @@ def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
             electrodes=tuple(table["electrodes"]), current_ma=tuple(table["current_ma"]), rate=table["rate"],
             model=model, fit=table["fit"], operating_drive=np.array(table["operating"]["drive"]),
             operating_outputs=np.array(table["operating"]["outputs"]),
-            patient_fingerprint=table.get("patient_fingerprint", ""),
+            patient_fingerprint=table.get("patient_fingerprint", ""), arrays=table.get("arrays", ""),
             closing=tuple(table.get("closing", ())), grasping=tuple(table.get("grasping", ())))
     except InputError as fault:
         raise InputError(f"{path}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
@@ -259,15 +264,19 @@ def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> N
     """Raise InputError naming both where a model is of another patient, other channels or other outputs.
 
     `wanted` has those of `patient` (a model of one day may be used on another), `patient_fingerprint`,
-    `electrodes`, `current_ma` and `outputs` that are known.
+    `arrays`, `electrodes`, `current_ma` and `outputs` that are known.
     """
-    made_for = {"patient": model.patient.partition(_DAY)[0], "electrodes": model.electrodes,
-                "current_ma": model.current_ma, "outputs": model.outputs}
+    made_for = {"patient": model.patient.partition(_DAY)[0], "arrays": model.arrays,
+                "electrodes": model.electrodes, "current_ma": model.current_ma, "outputs": model.outputs}
     now = wanted.get("patient_fingerprint")
     if now and model.patient_fingerprint == now:
         del made_for["patient"]  # the same patient, by whatever path the file is called
     for key, value in made_for.items():
         if key in wanted and wanted[key] != value:
+            if key == "arrays":
+                raise InputError(f"{path}: arrays", f"the model is of {value or 'the usual arrays'}",
+                                 f"{wanted[key] or 'the usual arrays'}, as this experiment has",
+                                 "identify with these arrays: docs/howto/own_array.md")
             raise InputError(f"{path}: {key}", f"the model is of {_words(value)}",
                              f"{_words(wanted[key])}, as this experiment has",
                              "identify this one, or say any_patient = true" if key == "patient"

@@ -16,6 +16,7 @@ from fesloop.experiment.registry import Patient
 from fesloop.forms.schema import Kinds, ReadsFile, closed, hints_of, plain
 from fesloop.hand.anthropometry import HandSize
 from fesloop.loop.block import is_plant
+from fesloop.models.electrode_arrays import arrays_in_words
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import (
     PatientModel,
@@ -272,6 +273,8 @@ def _made_for(table: Mapping[str, Any], document: Mapping[str, Any], model: Pati
     for other in blocks.values():
         if other["kind"] == "stimulator":
             properties["electrodes"] = electrodes_in_words(other, len(model.current_ma))
+        if other["kind"] == "electrodes":
+            properties["arrays"] = arrays_in_words(other)
         if other["kind"] == "synergies" and "rows" in other:
             properties["outputs"] = tuple(other["rows"])
     if "current_ma" in table:

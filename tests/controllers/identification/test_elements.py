@@ -124,6 +124,16 @@ def test_a_sweep_gives_a_model_that_a_grasp_takes(swept, tmp_path):
     assert run(experiment, tmp_path).status == "done"
 
 
+def test_a_posture_that_no_element_reaches_is_said(swept):
+    identified, *_ = swept
+    far = {f"{name} nearer than {abs(value):.0f} deg to the {posture.name} hand"
+           for posture, row in zip(identified.task, identified.choice.missed_deg, strict=True)
+           for name, value in zip(OUTPUTS, row, strict=True) if abs(value) > 10.0}
+    assert far
+    told = {doubt.removeprefix("no elements bring ").partition(":")[0] for doubt in identified.doubts()}
+    assert told == far
+
+
 def test_a_model_without_channels_of_its_own_is_refused():
     with pytest.raises(InputError, match=r"model.channels: true, and grasp_sci_c6 has no channels"):
         load("grasp_mpc", ["channels=model"])
