@@ -189,7 +189,7 @@ def fault_of(shares: Array) -> str:
 
 @compiled
 def give_slots(
-    limits: Limits, hertz: float, area_cm2: float, slot: int, slots: int, command: Array, shares: Array,
+    limits: Limits, hertz: float, area_cm2: Array, slot: int, slots: int, command: Array, shares: Array,
     given: Array, account: Account, elements: Array, cut: NDArray[np.int64], accounts: Account,
 ) -> bool:
     """Give the pulses of consecutive slots, from `slot` of `slots` on, under one command and multiplexing.
