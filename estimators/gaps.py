@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.arrivals import LOST
-from fesloop.compiled import compiled
+from fesloop.compiled import assign, compiled
 
 Array = NDArray[np.float64]
 _DAMPING = 2.0
@@ -108,8 +108,10 @@ def bridge(
         silent[1] += captured_s
         if passed == math.inf:
             if sound:
-                gaps.last[i], silent[:] = gyr[i], 0.0
-                gaps.means[i], gaps.rates[i] = gyr[i], gyr[i]
+                assign(gaps.last[i], gyr[i])
+                silent[:] = 0.0
+                assign(gaps.means[i], gyr[i])
+                assign(gaps.rates[i], gyr[i])
             continue
         if not sound:
             found = True

@@ -93,3 +93,14 @@ def _register() -> None:
 
 
 _register()
+
+
+@compiled
+def assign(target: Any, source: Any) -> None:
+    """Copy `source` (n,) into `target` (n,).
+
+    The assignment of an array to a slice compiles the text of its error too, which takes 2 s in every process
+    that compiles one.
+    """
+    for i in range(target.size):
+        target[i] = source[i]

@@ -106,23 +106,28 @@ def given_pulse(
     exceeded (`never_more`). Charge per phase and energy are limited by shortening the pulse; the energy, 2 R
     I^2 w, counts both phases.
     """
+    return _given_pulse(limits, current, width, never_more)
+
+
+@compiled
+def _given_pulse(limits: Limits, current: float, width: float, never_more: bool) -> tuple[float, float, int]:
+    """What `given_pulse` returns."""
     if not (math.isfinite(current) and math.isfinite(width) and current >= 0.0 and width >= 0.0):
         return 0.0, 0.0, BAD
     if current == 0.0 or width == 0.0:
         return 0.0, 0.0, 0
-    rounded = _down if never_more else _nearest
     cut = CURRENT if current > limits.current_max * (1.0 + _ROUND_OFF) else 0
     if current > limits.current_driven * (1.0 + _ROUND_OFF):
         cut |= VOLTAGE
     most = min(limits.current_max, limits.current_driven)
-    current = min(rounded(current, limits.current_step), _down(most, limits.current_step))
+    current = min(_rounded(current, limits.current_step, never_more), _down(most, limits.current_step))
     if current == 0.0:
         return 0.0, 0.0, cut | SMALL
     if width > limits.width_max * (1.0 + _ROUND_OFF):
         cut |= WIDTH
     elif width < limits.width_min * (1.0 - _ROUND_OFF):
         return 0.0, 0.0, cut | SHORT
-    width = min(rounded(width, limits.width_step), _down(limits.width_max, limits.width_step))
+    width = min(_rounded(width, limits.width_step, never_more), _down(limits.width_max, limits.width_step))
     energetic = IEC_ENERGY_J / (2.0 * IEC_LOAD_OHM * current)
     for charge, bit in ((limits.charge_max, CHARGE), (energetic, ENERGY)):
         if current * width > charge * (1.0 + _ROUND_OFF):
@@ -132,10 +137,13 @@ def given_pulse(
     return current, width, cut
 
 
-def _nearest(value: float, step: float) -> float:
-    return math.floor(value / step + 0.5) * step
+@compiled
+def _rounded(value: float, step: float, down: bool) -> float:
+    """Nearest multiple of the step, or the greatest up to the value."""
+    return _down(value, step) if down else math.floor(value / step + 0.5) * step
 
 
+@compiled
 def _down(value: float, step: float) -> float:
     """Greatest multiple of the step up to the value, within round-off."""
     return math.floor(value / step * (1.0 + _ROUND_OFF)) * step
@@ -177,6 +185,37 @@ def fault_of(shares: Array) -> str:
     if not wrong.size:
         return ""
     return f"the shares of channel {wrong[0]} add up to {total[wrong[0]]:g}, not to 1 or 0"
+
+
+@compiled
+def give_slots(
+    limits: Limits, hertz: float, area_cm2: Array, slot: int, slots: int, command: Array, shares: Array,
+    given: Array, account: Account, elements: Array, cut: NDArray[np.int64], accounts: Account,
+) -> bool:
+    """Give the pulses of consecutive slots, from `slot` of `slots` on, under one command and multiplexing.
+
+    Updates `given` (channels, 2), and fills for n slots `elements` (n, elements, 3), the limits that changed
+    the pulse, `cut` (n,), -1 in a slot without a channel, and the `accounts` (n, ...); before them the
+    account is `account`. Returns whether a limit changed a pulse, or a current density requires attention.
+    """
+    noted = False
+    for k in range(elements.shape[0]):
+        elements[k] = 0.0
+        cut[k], channel, changed = -1, (slot + k) % slots, False
+        if channel < command.shape[0]:
+            current, width, cut[k] = _given_pulse(limits, command[channel, 0], command[channel, 1], False)
+            changed = given[channel, 0] != current or given[channel, 1] != width
+            given[channel, 0], given[channel, 1] = current, width
+            share_out(given[channel], shares[channel], hertz, elements[k])
+            noted = noted or cut[k] > 0
+        if changed:
+            charge, charge_rate, most, rate, density = tally(given, shares, hertz, area_cm2)
+        elif k == 0:
+            charge, charge_rate, most, rate, density = account
+        accounts.channel[k], accounts.channel_rate[k] = charge, charge_rate
+        accounts.element[k], accounts.element_rate[k], accounts.density[k] = most, rate, density
+        noted = noted or accounts.density[k].max() > IEC_DENSITY_MA_CM2
+    return noted
 
 
 @compiled
@@ -282,13 +321,15 @@ class StimulatorState:
         return cls(limits, hertz, area_cm2, latency_ns, shares, idle, idle.copy(), account,
                    cut=[0] * channels)
 
-    def take_command(self, sample: Sample, now_ns: int) -> None:
-        """Queue a new command, and apply those that are due."""
+    def due_command(self, sample: Sample, now_ns: int) -> Array:
+        """Queue a new command, and return the newest that is due."""
         if sample.arrived_ns > self.command_ns:
             self.command_ns = sample.arrived_ns
             self.pending.append((sample.arrived_ns + self.latency_ns, np.asarray(sample.value)))
+        command = self.command
         while self.pending and self.pending[0][0] <= now_ns:
-            self.command = self.pending.popleft()[1]
+            command = self.pending.popleft()[1]
+        return command
 
     def take_shares(self, sample: Sample, tick: Tick) -> None:
         """Apply a new multiplexing; a faulty one is reported and ignored."""
@@ -302,23 +343,34 @@ class StimulatorState:
             self.shares = shares
             self.count_charge(tick)
 
-    def fire(self, channel: int, tick: Tick) -> None:
-        """Determine the pulse of a channel at this instant."""
-        commanded, width = self.command[channel].tolist()
-        current, given_width, cut = given_pulse(self.limits, commanded, width)
+    def give(self, slots: int, ticks: Sequence[Tick], elements: Array, accounts: Account) -> None:
+        """Give the pulses of the slots of `ticks`, under the present command and multiplexing."""
+        cut = np.empty(len(ticks), np.int64)
+        noted = give_slots(
+            self.limits, self.hertz, self.area_cm2, ticks[0].index % slots, slots, self.command, self.shares,
+            self.given, self.account, elements, cut, accounts)
+        self.account = Account(*[each[-1] for each in accounts])
+        if noted or self.dense or any(self.cut):
+            for tick, bits, density in zip(ticks, cut.tolist(), accounts.density, strict=True):
+                if bits >= 0:
+                    self.report_limits(tick.index % slots, bits, tick)
+                self.report_density(density, tick)
+
+    def report_limits(self, channel: int, cut: int, tick: Tick) -> None:
+        """Report limits that change a channel's pulse and did not change the one before."""
         before, self.cut[channel] = self.cut[channel], cut
+        current, width = self.command[channel].tolist()
         for bit, status, detail in LIMITED:
             if cut & ~before & bit:
-                tick.report(status,
-                            f"channel {channel}: {detail} ({1e3 * commanded:g} mA, {1e6 * width:g} us)")
-        if self.given[channel].tolist() != [current, given_width]:
-            self.given[channel] = current, given_width
-            self.count_charge(tick)
+                tick.report(status, f"channel {channel}: {detail} ({1e3 * current:g} mA, {1e6 * width:g} us)")
 
     def count_charge(self, tick: Tick) -> None:
-        """Update the account; report elements whose current density has become too high."""
+        """Update the account."""
         self.account = Account(*tally(self.given, self.shares, self.hertz, self.area_cm2))
-        density = self.account.density
+        self.report_density(self.account.density, tick)
+
+    def report_density(self, density: Array, tick: Tick) -> None:
+        """Report elements whose current density has become too high."""
         dense = frozenset((density > IEC_DENSITY_MA_CM2).nonzero()[0].tolist())
         joined = sorted(dense - self.dense)
         if joined:
@@ -510,13 +562,27 @@ class Stimulator:
 
     def step(self, state: StimulatorState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses of one slot."""
-        stimulation, shares = inputs
-        state.take_command(stimulation, tick.time_ns)
-        state.take_shares(shares, tick)
-        elements = np.zeros((self.elements, 3))
-        slot = tick.index % PRESETS[self.preset].channels
-        if slot < self.channels:
-            state.fire(slot, tick)
-            share_out(state.given[slot], state.shares[slot], state.hertz, elements)
-        account = state.account
-        return elements, account.channel, account.channel_rate, account.element, account.element_rate
+        elements, *charges = self.steps_through(state, [[sample] for sample in inputs], [tick])
+        return elements[0], *(charge[0] for charge in charges)
+
+    def steps_through(self, state: StimulatorState, inputs: Sequence[Sequence[Sample]], ticks: Sequence[Tick]
+                      ) -> tuple[Array, ...]:
+        """Pulses of consecutive slots."""
+        count, slots = len(ticks), PRESETS[self.preset].channels
+        elements = np.empty((count, self.elements, 3))
+        accounts = Account(*[np.empty((count, each.size)) for each in state.account])
+
+        def give(first: int, stop: int) -> None:
+            if stop > first:
+                state.give(slots, ticks[first:stop], elements[first:stop],
+                           Account(*[each[first:stop] for each in accounts]))
+
+        first = 0
+        for k, (tick, stimulation, shares) in enumerate(zip(ticks, *inputs, strict=True)):
+            command = state.due_command(stimulation, tick.time_ns)
+            if command is not state.command or shares.arrived_ns > state.shares_ns:
+                give(first, k)
+                first, state.command = k, command
+                state.take_shares(shares, tick)
+        give(first, count)
+        return elements, *accounts[:4]

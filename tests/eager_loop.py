@@ -147,6 +147,47 @@ class GlancingAdder(Adder):
         return {0: self.read(state, ())[0]}
 
 
+class SteppingAdder(Adder):
+    """In fixed steps, several in one call, where it can."""
+
+    def advance_steps(self, state, inputs, start_ns, times_ns):
+        if (self.salt + len(times_ns)) % 5 == 0:
+            return False
+        for stop_ns, *values in zip(times_ns, *inputs, strict=True):
+            self.advance(state, values, start_ns, stop_ns)
+            start_ns = stop_ns
+        return True
+
+
+class SteppingGlancer(SteppingAdder, GlancingAdder):
+    """Both."""
+
+
+class AheadMixer(Mixer):
+    """A block that does several ticks in one call."""
+
+    def steps_through(self, state, inputs, ticks):
+        rows = [self.step(state, [column[k] for column in inputs], tick) for k, tick in enumerate(ticks)]
+        return tuple([*column] for column in zip(*rows, strict=True))
+
+
+class Reporting:
+    """Reports at some of its ticks."""
+
+    def step(self, state, inputs, tick):
+        if (tick.index + self.salt) % 3 == 0:
+            tick.report("third", f"tick {tick.index}")
+        return super().step(state, inputs, tick)
+
+
+class ReportingMixer(Reporting, Mixer):
+    """Tick by tick."""
+
+
+class ReportingAheadMixer(Reporting, AheadMixer):
+    """Several in one call."""
+
+
 class EagerLoop:
     """A wiring simulated up to and including `until_ns`.
 

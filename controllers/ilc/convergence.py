@@ -24,7 +24,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import sosfreqz
 
 from controllers.allocation import LEAST_REACH, check_reach, require_kept
 from controllers.force_sensors import require_felt
@@ -115,6 +114,8 @@ def _phase_lead(learning: Learning, nyquist_hz: float) -> Condition:
     loop = z**learning.lead * (plant @ inverse if inverse.shape[0] >= inverse.shape[1] else inverse @ plant)
     low = np.ones(shares.size)
     if learning.cutoff > 0.0:
+        from scipy.signal import sosfreqz  # 0.5 s to import
+
         low = np.abs(sosfreqz(low_pass(learning.cutoff), np.pi * shares)[1]) ** 2
     kept = (1.0 - learning.forgetting) * np.eye(loop.shape[1])
 

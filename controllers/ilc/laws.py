@@ -31,7 +31,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import block_diag
-from scipy.signal import butter, sosfiltfilt
 
 from controllers.allocation import Allocation, allocate
 from controllers.quadratic_programme import Qp, QpResult, solve_sparse
@@ -413,6 +412,8 @@ class Learning:
         if self.law != "phase_lead" or self.cutoff == 0.0:
             return drives
         padding = min(PADDING, self.samples - 1)
+        from scipy.signal import sosfiltfilt  # 0.5 s to import
+
         smooth: Array = sosfiltfilt(low_pass(self.cutoff), drives, axis=0, padlen=padding)
         return smooth
 
@@ -431,6 +432,8 @@ def static_gain(model: SampledModel) -> Array:
 
 def low_pass(cutoff: float) -> Array:
     """Second-order sections of one pass of Q."""
+    from scipy.signal import butter  # 0.5 s to import
+
     sections: Array = butter(2, cutoff, output="sos")
     return sections
 

@@ -25,7 +25,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from controllers.trajectories import posture_at, response
 from fesloop.errors import InputError
@@ -147,6 +146,8 @@ class Memory:
         share = 2.0 * self.cutoff_hz * period_ns / NS_PER_S
         if share >= 1.0 or values.size < 2:
             return values
+        from scipy.signal import butter, sosfiltfilt  # 0.5 s to import
+
         smooth: Array = sosfiltfilt(butter(2, share, output="sos"), values, padtype="odd",
                                     padlen=min(values.size - 1, math.ceil(3.0 / share)))
         return smooth

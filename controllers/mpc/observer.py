@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
-from fesloop.compiled import compiled
+from fesloop.compiled import assign, compiled
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import NEVER
 from fesloop.models.linear_model import LinearModel, zero_order_hold
@@ -153,10 +153,12 @@ class Observer:
 @compiled
 def record(stamps: Stamps, inputs: Array, time_ns: int, drive: Array) -> None:
     """Append to the records and drop the oldest."""
-    stamps[:-1] = stamps[1:]
-    inputs[:-1] = inputs[1:]
-    stamps[-1] = time_ns
-    inputs[-1] = drive
+    last = stamps.size - 1
+    for k in range(last):
+        stamps[k] = stamps[k + 1]
+        assign(inputs[k], inputs[k + 1])
+    stamps[last] = time_ns
+    assign(inputs[last], drive)
 
 
 @compiled
@@ -171,7 +173,7 @@ def step_rung(ladder: Array, rung: int, x: Array, strength: Array, drive: Array,
         force = strength[j] * drive[j]
         for i in range(states):
             after[i] += ladder[rung, states + j, i] * force
-    x[:] = after
+    assign(x, after)
 
 
 @compiled
@@ -239,12 +241,13 @@ def predict(
     """State x at `to_ns`, then the effective drives of 1 ... `stored` periods before, flat."""
     states, muscles = x.size, inputs.shape[1]
     present = np.empty(states + stored * muscles)
-    present[:states] = x
+    assign(present[:states], x)
     propagate(ladder, present[:states], strength, stamps, inputs, period_ns, delay_ns, from_ns, to_ns)
     k = stamps.size - 1
     for lag in range(1, stored + 1):
         # Half a period of tolerance: ticks of a rate with a period of fractional ns differ by 1 ns.
         while k > 0 and stamps[k] > to_ns - lag * period_ns + period_ns // 2:
             k -= 1
-        present[states + (lag - 1) * muscles:states + lag * muscles] = strength * inputs[k]
+        for i in range(muscles):
+            present[states + (lag - 1) * muscles + i] = strength[i] * inputs[k, i]
     return present

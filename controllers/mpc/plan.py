@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, cho_factor, cho_solve, null_space
 
 from controllers.allocation import planned_charge
-from fesloop.compiled import compiled
+from fesloop.compiled import assign, compiled
 from fesloop.models.linear_model import SampledModel
 
 Array = NDArray[np.float64]
@@ -175,13 +175,13 @@ def free_optimum(
     Sums run in a fixed order, so that equal numbers give equal bits wherever they lie in memory.
     """
     known = np.empty(free.shape[0])
-    known[:present.size] = present
+    assign(known[:present.size], present)
     at = present.size
     for k in range(reference.shape[0]):
         for j in range(shift.size):
             known[at] = shift[j] - reference[k, j]
             at += 1
-    known[at:] = previous
+    assign(known[at:], previous)
     drives[:] = 0.0
     # Four rows at a time: the sum is read and written a quarter as often.
     whole = known.size - known.size % 4

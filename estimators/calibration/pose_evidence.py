@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import chi2, norm
+from scipy.special import chdtri, ndtri
 
 from estimators.arrivals import LOST
 from estimators.body.body import Body
@@ -211,9 +211,9 @@ def against_gravity(body: Body, gravity: Gravity, evidence: PoseEvidence) -> Con
         return None
     rate = 0.5 * evidence.false_alarm / TESTS
     together, each = gravity.surprise()
-    limit = float(chi2.isf(rate / each.size, 2))
+    limit = float(chdtri(2, rate / each.size))
     beyond = each > limit
-    if not beyond.any() and together <= chi2.isf(rate, gravity.residual.size):
+    if not beyond.any() and together <= chdtri(gravity.residual.size, rate):
         return None
     # Where no sensor contradicts the pose alone, all do together, and the worst are named.
     named = np.flatnonzero(beyond) if beyond.any() else np.arange(each.size)
@@ -374,6 +374,28 @@ def joint_rotations(
         rotations[k, 2] = euler_y_of_zxy(q)
 
 
+@compiled
+def range_excess(
+    rotations: Array, variance: Array, seen: Flags, low: Array, high: Array, own_variance: Array
+) -> tuple[Array, Array, Array]:
+    """Excess of rotations (m, 3) over their ranges, its variance, (m, 3) each, and the sum of squares (m,).
+
+    Squares are over their variances; 0 where a joint is not `seen` (m,). `variance` (m,), rad^2, of a
+    rotation about any axis, and `own_variance` (m, 3) of the ranges `low` to `high`, (m, 3) each, rad.
+    """
+    count = rotations.shape[0]
+    excess, spread, surprise = np.empty((count, 3)), np.empty((count, 3)), np.zeros(count)
+    for k in range(count):
+        # Near its pole two Euler angles are uncertain.
+        pole = max(math.cos(rotations[k, 1])**2, 1e-3)
+        for i in range(3):
+            excess[k, i] = max(low[k, i] - rotations[k, i], 0.0) + max(rotations[k, i] - high[k, i], 0.0)
+            spread[k, i] = variance[k] / (1.0 if i == 1 else pole) + own_variance[k, i]
+            if seen[k]:
+                surprise[k] += excess[k, i]**2 / spread[k, i]
+    return excess, spread, surprise
+
+
 class ReleaseWatch:
     """Comparison of the posture after an initial pose with joints' ranges and with the release of a hand.
 
@@ -393,8 +415,8 @@ class ReleaseWatch:
         self._body, self._evidence = body, evidence
         joints = max(1, int(body.seen().sum()))
         rate = 0.5 * evidence.false_alarm / TESTS
-        self._limit = np.full(count + 1, chi2.isf(rate / joints, 3))
-        self._limit[-1] = chi2.isf(rate, 3 * joints)
+        self._limit = np.full(count + 1, chdtri(3, rate / joints))
+        self._limit[-1] = chdtri(3 * joints, rate)
         self._low, self._high = np.zeros((count, 3)), np.zeros((count, 3))
         self._variance = np.full((count, 3), math.radians(evidence.axis_sd_deg)**2)
         for k, (_, freedoms, first) in enumerate(tree.layout.tolist()):
@@ -444,12 +466,12 @@ class ReleaseWatch:
         return found
 
     def _joints(self, rotations: Array, variance: Array, seen: Flags, time_ns: int) -> str:
-        excess = np.maximum(self._low - rotations, 0.0) + np.maximum(rotations - self._high, 0.0)
-        # Near its pole two Euler angles are uncertain.
-        pole = np.maximum(np.cos(rotations[:, 1])**2, 1e-3)[:, np.newaxis]
-        spread = variance[:, np.newaxis] / np.where([True, False, True], pole, 1.0) + self._variance
-        surprise = np.where(seen, np.sum(excess**2 / spread, axis=1), 0.0)
+        excess, spread, surprise = range_excess(
+            rotations, variance, seen, self._low, self._high, self._variance)
         beyond = np.append(surprise, surprise.sum()) > self._limit
+        if not beyond.any():
+            self._since_ns[:] = -1
+            return ""
         self._since_ns[beyond & (self._since_ns < 0)] = time_ns
         self._since_ns[~beyond] = -1
         late = beyond & (time_ns - self._since_ns >= _LONG_NS)
@@ -476,11 +498,11 @@ class ReleaseWatch:
         usual = np.array([expected for _, expected in rows])
         short = usual - closed
         rate = 0.5 * self._evidence.false_alarm / TESTS
-        least = norm.isf(rate) * math.hypot(_FINGERS_SD, _FINGER_SD / math.sqrt(len(rows)))
+        least = -ndtri(rate) * math.hypot(_FINGERS_SD, _FINGER_SD / math.sqrt(len(rows)))
         late = np.full(len(rows), bool(short.mean() > least))
         if not late.any() and len(rows) > 2:
             others = np.array([np.median(np.delete(short, i)) for i in range(len(rows))])
-            late = short - others > norm.isf(rate / len(rows)) * _FINGER_SD * math.sqrt(1.0 + 1.0 / len(rows))
+            late = short - others > -ndtri(rate / len(rows)) * _FINGER_SD * math.sqrt(1.0 + 1.0 / len(rows))
         if not late.any():
             return ""
         for i in np.flatnonzero(late):

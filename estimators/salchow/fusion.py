@@ -50,7 +50,7 @@ from estimators.calibration.pose_evidence import (
 )
 from estimators.fusion.front_end import FrontEnd, FrontEndName, front_end_of, require_front_end
 from estimators.gaps import Gaps, bridge, lost_samples
-from fesloop.compiled import compiled
+from fesloop.compiled import assign, compiled
 from fesloop.errors import InputError
 from fesloop.hand.kinematics import segment_poses
 from fesloop.hand.kinematics_kernels import about, turned
@@ -477,7 +477,7 @@ def posture(
         parent, freedoms, first = layout[k, 0], layout[k, 1], layout[k, 2]
         axes, child = geometry[k], sensors[k]
         if child >= 0:
-            orientation[child] = own[child]
+            assign(orientation[child], own[child])
         if not seen[k]:
             relative[k] = 0.0
             relative[k, 0] = 1.0

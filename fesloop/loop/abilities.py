@@ -16,9 +16,9 @@ from typing import Any, Literal, Protocol, TypeGuard, TypeVar, cast
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.loop.block import Block, Context, Plant, is_plant
+from fesloop.loop.block import Block, Context, Plant, Tick, is_plant
 from fesloop.loop.clock import Clock
-from fesloop.loop.signals import Sensors, Value
+from fesloop.loop.signals import Sample, Sensors, Value
 
 Report = tuple[str, str]
 """(status, detail)."""
@@ -186,6 +186,19 @@ class HasClock(Protocol):
         """Clock of its steps; None for the rate of the wiring."""
 
 
+class StepsThrough(Protocol):
+    """A block that does several ticks in one call, where what it reads at each of them is known."""
+
+    def steps_through(self, state: Any, inputs: Sequence[Sequence[Sample]], ticks: Sequence[Tick]
+                      ) -> tuple[Any, ...]:
+        """Outputs of `ticks`, stacked along a first axis; `inputs[port][k]` is what tick k reads.
+
+        Outputs, state and reports are to the last bit those of `step` at each tick in turn. The stacks are
+        new arrays, a list of floats for a scalar port. Such a block puts something out at every tick, and
+        does not set the capture of its outputs.
+        """
+
+
 class ChecksPlace(Protocol):
     """A block whose parameters cannot work in every place."""
 
@@ -320,6 +333,19 @@ class AdvancesThrough(Protocol):
         """Outputs at ascending instants, stacked; to the last bit as advanced and read one by one."""
 
 
+class AdvancesSteps(Protocol):
+    """A plant of fixed steps that takes several of them in one call."""
+
+    def advance_steps(self, state: Any, inputs: Sequence[Sequence[Value]], start_ns: int,
+                      times_ns: Sequence[int]) -> bool:
+        """Advance through grid ticks; `inputs[port][k]` acts in the step that ends at `times_ns[k]`.
+
+        The state is to the last bit as after `advance` to each of them. False where it does not go that far,
+        such as where the simulation becomes unstable: the state is then that of `start_ns`, and the caller
+        takes the steps one by one.
+        """
+
+
 class Reports(Protocol):
     """A plant of fixed steps that reports trouble."""
 
@@ -336,9 +362,10 @@ class Glances(Protocol):
 
 COMMON: tuple[type, ...] = (Designs, Learns, Closes, Resolves, UsesSensors, ExplainsInputs, Linear, Warns)
 OF_BLOCKS: tuple[type, ...] = (
-    *COMMON, HasClock, ChecksPlace, WarnsInPlace, Delays, LimitsAge, Attaches, AwaitsArrivals, Listens,
-    HasStandIn, Seeks, Guarded, ChecksGuard, Guards, Interlocks, NeedsStillness)
-OF_PLANTS: tuple[type, ...] = (*COMMON, Ignores, Observes, AdvancesThrough, Reports, Glances)
+    *COMMON, HasClock, StepsThrough, ChecksPlace, WarnsInPlace, Delays, LimitsAge, Attaches, AwaitsArrivals,
+    Listens, HasStandIn, Seeks, Guarded, ChecksGuard, Guards, Interlocks, NeedsStillness)
+OF_PLANTS: tuple[type, ...] = (
+    *COMMON, Ignores, Observes, AdvancesThrough, AdvancesSteps, Reports, Glances)
 
 A = TypeVar("A")
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
 
 from fesloop.errors import RunError
+from fesloop.loop.abilities import StepsThrough, offers
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, ticks_from
 from fesloop.loop.nodes import Connection, Node
@@ -25,7 +27,16 @@ from fesloop.loop.plants import (
     Sampler,
 )
 from fesloop.loop.record import BlockRow, EventRow, Recorder
-from fesloop.loop.signals import NEVER, Outputs, Port, Sample, Value, finite_check
+from fesloop.loop.signals import (
+    NEVER,
+    Outputs,
+    Port,
+    Sample,
+    Value,
+    finite_check,
+    is_finite,
+    require_stacks,
+)
 from fesloop.loop.wire import Link
 from fesloop.loop.wiring import Wiring
 
@@ -216,6 +227,105 @@ class BlockStation:
         self.due = self._next_tick()
 
 
+def _passes(check: Callable[[Any], bool], value: Value) -> bool:
+    return check(value)
+
+
+class AheadStation(BlockStation):
+    """Steps a block through all ticks up to the next at which one of its inputs may change, in one call.
+
+    Outputs are sent and recorded with the stamps of their ticks; messages that are under way early are read
+    when they are due. Reports are kept until the instant of their tick, so that events stay in order.
+
+    Attributes
+    ----------
+    until_ns: no tick beyond this instant is run ahead.
+    """
+
+    __slots__ = ("_ahead", "_reported", "_sources", "_steps_through", "until_ns")
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        assert offers(self.block, StepsThrough)
+        self._steps_through = self.block.steps_through
+        self._sources: tuple[tuple[BlockStation, int], ...] = ()
+        self._reported: list[EventRow] = []
+        self._ahead: list[Tick] = []
+        self.until_ns = -1
+
+    def follow(self, sources: Iterable[tuple[BlockStation, int]]) -> None:
+        """Set the stations that feed the inputs, with the latency of the wire, ns."""
+        self._sources = tuple(sources)
+
+    def fire(self, time_ns: int) -> int:
+        """Run the ticks that are due, and those whose inputs are known; return the next instant to fire."""
+        if time_ns < self.due:
+            return self._report_due(time_ns)
+        last = min(self.until_ns, *[source.due + latency - 1 for source, latency in self._sources])
+        if last <= time_ns:
+            return super().fire(time_ns)
+        dues, due, next_tick = [time_ns], self._next_tick(), self._next_tick
+        while due <= last:
+            dues.append(due)
+            due = next_tick()
+        if len(dues) == 1:
+            self._next_tick = ticks_from(self.clock, self.index + 1)
+            return super().fire(time_ns)
+        self.due = due
+        self._run(dues)
+        return self._report_due(time_ns)
+
+    def _run(self, dues: Sequence[int]) -> None:
+        """Run the ticks at these instants."""
+        index, count = self.index, len(dues)
+        self.index = index + count
+        while len(self._ahead) < count:
+            self._ahead.append(Tick())
+        ticks, read = self._ahead[:count], []
+        columns: list[list[Sample]] = [[] for _ in self.held]
+        for k, (tick, instant) in enumerate(zip(ticks, dues, strict=True)):
+            tick.index, tick.time_ns = index + k, instant
+            read.append(self.read(instant))
+            for column, sample in zip(columns, self.held, strict=True):
+                column.append(sample)
+        stacks = self._steps_through(self.state, columns, ticks)
+        require_stacks(self.name, self.block.outputs, stacks, count)
+        finite = all(is_finite(stack) if isinstance(stack, np.ndarray) else all(map(isfinite, stack))
+                     for stack in stacks)
+        for k, (tick, instant, stamps) in enumerate(zip(ticks, dues, read, strict=True)):
+            values = tuple([stack[k] for stack in stacks])
+            if not finite and not all(map(_passes, self._checks, values)):
+                self.tick = tick
+                values = self._made_safe(values)
+            if tick.reports:
+                self._reported += [(instant, self.name, *report) for report in tick.reports]
+                tick.reports.clear()
+            for port, append, latency in self._plain:
+                append((values[port], *stamps, instant + latency))
+            for port, send in self._random:
+                send(index + k, values[port], *stamps, instant)
+            if self.rows is not None:
+                self.rows.append((index + k, instant, instant, *stamps, values))
+        self.sent += count
+
+    def _report_due(self, time_ns: int) -> int:
+        """Move reports of ticks up to an instant into the event record; return the next instant to fire."""
+        reported = self._reported
+        while reported and reported[0][0] <= time_ns:
+            self.events.append(reported.pop(0))
+        return reported[0][0] if reported else self.due
+
+    def restore(self, saved: Any) -> None:
+        """Restore what `save` returned."""
+        super().restore(saved)
+        self._reported.clear()
+
+    def forget_after(self, time_ns: int) -> None:
+        """Remove the rows of ticks after an instant, which a run that failed there did not reach."""
+        while self.rows and self.rows[-1][1] > time_ns:
+            self.rows.pop()
+
+
 def sampled_in_order(wiring: Wiring) -> frozenset[str]:
     """Names of the plants that are sampled by events in the wiring's order.
 
@@ -287,6 +397,11 @@ def assembled(wiring: Wiring, trial: int, states: Mapping[str, Any], recorder: R
     published = publishers(wiring, samplers)
     blocks = [_block_station(each, states[each.name], ends, wiring.seed, trial, published, recorder, events)
               for each in wiring.order if isinstance(each, Node)]
+    stations = {block.name: block for block in blocks}
+    for block in blocks:
+        if isinstance(block, AheadStation):
+            block.follow((stations[connection.source.name], link.latency_ns)
+                         for connection, link in ends if connection.target.name == block.name)
     return Assembly(links, plants, samplers, published, blocks)
 
 
@@ -324,5 +439,10 @@ def _block_station(node: Node, state: Any, ends: _Ends, seed: int, trial: int,
     read = {connection.source.name for connection, _ in ends if connection.target is node}
     sampled = {id(publisher): publisher for name, publisher in published.items() if name in read}
     rows = None if recorder is None else recorder.blocks.setdefault(node.name, [])
-    return BlockStation(node, state, seed, trial, _incoming(node, ends), outgoing, tuple(sampled.values()),
+    feeding = [(connection, link) for connection, link in ends if connection.target is node]
+    # What a plant will put out depends on what reaches it until then, and jitter may bring a message early.
+    ahead = (offers(node.part, StepsThrough) and node.execution.kind == "zero" and bool(feeding)
+             and all(link.plain and not connection.source.is_plant for connection, link in feeding))
+    return (AheadStation if ahead else BlockStation)(
+        node, state, seed, trial, _incoming(node, ends), outgoing, tuple(sampled.values()),
                         rows, events)

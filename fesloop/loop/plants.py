@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import RunError
-from fesloop.loop.abilities import AdvancesThrough, Glances, Observes, Reports, offers
+from fesloop.loop.abilities import AdvancesSteps, AdvancesThrough, Glances, Observes, Reports, offers
 from fesloop.loop.block import Plant
 from fesloop.loop.clock import FOREVER, NS_PER_MS, Clock, RateClock, ticks_from
 from fesloop.loop.record import EventRow, InputRow, PlantRow
@@ -28,6 +28,10 @@ from fesloop.loop.wire import Link
 
 _new_tuple = tuple.__new__
 """Makes a Sample of a message without the cost of its argument handling."""
+
+
+_NO_MESSAGE = (0.0, NEVER, NEVER, FOREVER)
+"""Message that never arrives."""
 
 
 class PlantInputs:
@@ -72,6 +76,25 @@ class PlantInputs:
             if link is None:
                 return
             self.latch(port, link, time_ns)
+
+    @property
+    def plain(self) -> bool:
+        """True if what arrives is known from the messages under way, as none overtakes another."""
+        return all(link.plain for _, link, _ in self._feeds)
+
+    def ahead(self, times_ns: Sequence[int]) -> list[list[Value]]:
+        """Values of each port at `times_ns`, ascending, for `plain` inputs; delivers nothing."""
+        columns = [[value] * len(times_ns) for value in self.values]
+        for port, _, queue in self._feeds:
+            if queue and queue[0][3] <= times_ns[-1]:
+                column, messages = columns[port], iter(queue)
+                value, (following, _, _, arrival) = self.values[port], next(messages)
+                for k, instant in enumerate(times_ns):
+                    while arrival <= instant:
+                        value = following
+                        following, _, _, arrival = next(messages, _NO_MESSAGE)
+                    column[k] = value
+        return columns
 
     def latch(self, port: int, link: Link, acts_ns: int) -> None:
         """Deliver one message; it acts from `acts_ns` on."""
@@ -166,10 +189,12 @@ class PlantRecord:
 
     def hand_over(self) -> None:
         """Stack outputs that were noted one by one into a row for the recorder."""
-        if self._seen:
-            times, captured, values = (list(column) for column in zip(*self._seen, strict=True))
-            self._seen.clear()
-            self._add(times, captured, tuple(np.array(column) for column in zip(*values, strict=True)))
+        if seen := self._seen:
+            # `zip` of many rows makes an object for each, and so garbage collections.
+            stacks = tuple([np.array([row[2][port] for row in seen]) for port in range(len(seen[0][2]))])
+            times, captured = [row[0] for row in seen], [row[1] for row in seen]
+            seen.clear()
+            self._add(times, captured, stacks)
 
     def _add(self, times: list[int], captured: list[int], stacks: tuple[Any, ...]) -> None:
         """One row. An output that is sampled is checked there; any other that is not finite ends the run."""
@@ -338,8 +363,9 @@ class GridStation:
     hand_over: has the recorder take what was seen.
     """
 
-    __slots__ = ("_advance", "_events", "_following", "_glance", "_grid", "_inputs", "_next_step", "_read",
-                 "_record", "_reports", "_shown", "hand_over", "name", "now", "plant", "state")
+    __slots__ = ("_advance", "_advance_steps", "_events", "_following", "_glance", "_grid", "_inputs",
+                 "_next_step", "_read", "_record", "_refused_ns", "_reports", "_shown", "hand_over", "name",
+                 "now", "plant", "state")
 
     def __init__(self, name: str, plant: Plant, state: Any, inputs: PlantInputs, record: PlantRecord,
                  grid: RateClock, events: list[EventRow]) -> None:
@@ -350,6 +376,9 @@ class GridStation:
         self._advance, self._read = plant.advance, plant.read
         self._glance = plant.glance if not plant.feedthrough and offers(plant, Glances) else None
         self._reports, self._events = plant.reports if offers(plant, Reports) else None, events
+        known = inputs.plain and self._reports is None and not plant.feedthrough
+        self._advance_steps = plant.advance_steps if known and offers(plant, AdvancesSteps) else None
+        self._refused_ns = NEVER  # the steps up to here are taken one by one
         self._shown: tuple[Value, ...] | None = None
         self._start_steps()
 
@@ -369,11 +398,17 @@ class GridStation:
     def _through(self, times_ns: Sequence[int], glance: Callable[[Any], Any] | None) -> Iterator[Any]:
         state, inputs, record, advance = self.state, self._inputs, self._record, self._advance
         values, queues, direct = inputs.values, inputs.queues, self.plant.feedthrough
-        reports = self._reports
+        reports, at_once = self._reports, self._advance_steps is not None
         following = self._following
         for instant in times_ns:
             while following <= instant:
                 now = self.now
+                if at_once:
+                    if record.next < following:
+                        record.see_held(now, following, self.read_now())
+                    if self._took_steps(instant):
+                        following = self._following
+                        continue
                 for queue in queues:
                     if queue and queue[0][3] <= now:
                         self._latch_due()
@@ -394,6 +429,27 @@ class GridStation:
             if direct or self._shown is None:
                 self._shown = self._read(state, values)
             yield instant, self.now, self._shown
+
+    def _took_steps(self, stop_ns: int) -> bool:
+        """Take all steps up to an instant, or to the next of the recorder's, at once, if they are several."""
+        assert self._advance_steps is not None
+        last_ns = min(stop_ns, self._record.next)
+        if last_ns <= self._refused_ns:
+            return False
+        index = self._grid.first_at_or_after(self._following)
+        last = self._grid.last_at_or_before(last_ns)
+        if last - index < 1:
+            return False
+        times = [self._grid.tick(k) for k in range(index, last + 1)]
+        starts = [self.now, *times[:-1]]
+        if not self._advance_steps(self.state, self._inputs.ahead(starts), self.now, times):
+            self._refused_ns = times[-1]
+            return False
+        for start in starts:
+            self._inputs.latch_due(start)
+        self._shown, self.now = None, times[-1]
+        self._start_steps()
+        return True
 
     observed_at = values_through
     """Sampling does not change fixed steps."""
@@ -432,7 +488,7 @@ class GridStation:
         self.state, self.now, inputs = saved
         self._inputs.restore(inputs)
         self._record.resume(recorded_to_ns)
-        self._shown = None
+        self._shown, self._refused_ns = None, NEVER
         self._start_steps()
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from fesloop.errors import InputError, RunError, SnapshotError
 from fesloop.loop.abilities import Closes, Learns, offers
-from fesloop.loop.assembly import BlockStation, assembled, sampled_in_order
+from fesloop.loop.assembly import AheadStation, BlockStation, assembled, sampled_in_order
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock
 from fesloop.loop.latency import LatencyReport
 from fesloop.loop.nodes import Node
@@ -153,15 +153,18 @@ def _number(value: Real) -> str:
 class Agenda:
     """Stations by the instants at which they are due, then by their number in the firing order."""
 
-    __slots__ = ("_heap",)
+    __slots__ = ("_ahead", "_heap")
 
     def __init__(self, stations: Iterable[tuple[int, BlockStation | Sampler]]) -> None:
         self._heap = [(station.due, number, station) for number, station in stations]
+        self._ahead = [station for _, _, station in self._heap if isinstance(station, AheadStation)]
         heapify(self._heap)
 
     def run_until(self, time_ns: int) -> None:
         """Fire everything due at or before `time_ns`."""
         heap = self._heap
+        for each in self._ahead:
+            each.until_ns = time_ns
         while heap and heap[0][0] <= time_ns:
             now, number, station = heap[0]
             heapreplace(heap, (station.fire(now), number, station))
@@ -169,10 +172,21 @@ class Agenda:
     def run_before(self, time_ns: int, turn: BlockStation) -> None:
         """Fire everything due before `time_ns`, and at `time_ns` what comes before a block's turn."""
         heap = self._heap
+        for each in self._ahead:
+            each.until_ns = time_ns - 1
         last = (time_ns, next(number for _, number, station in heap if station is turn))
         while heap[0][:2] < last:
             now, number, station = heap[0]
             heapreplace(heap, (station.fire(now), number, station))
+
+    def forget_ahead(self) -> None:
+        """Remove the rows of ticks that were run ahead of the present instant, at which the run failed."""
+        if not self._ahead:
+            return
+        now, turn, _ = self._heap[0]
+        for _, number, station in self._heap:
+            if isinstance(station, AheadStation):
+                station.forget_after(now if number < turn else now - 1)
 
     def arrive(self, clock: RateClock, time_ns: int, skipping: Collection[str]) -> None:
         """Let a clock of arrivals tick at `time_ns`; the blocks of these names skip the tick."""
@@ -308,6 +322,7 @@ class Loop:
                     for plant in self._plants.values():
                         plant.settle(time_ns)
         except Exception as fault:
+            self._agenda.forget_ahead()
             self._keep(fault)
             raise
         self.now = max(self.now, time_ns if turn is None else time_ns - 1)

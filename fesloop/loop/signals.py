@@ -195,6 +195,26 @@ def check_shapes(name: str, ports: Sequence[Port], values: Sequence[Value]) -> N
             raise RunError(f"{name}.{port.name}: put out {found}, declared is float64 {port.shape}")
 
 
+def require_stacks(name: str, ports: Sequence[Port], stacks: Any, count: int) -> None:
+    """Raise RunError where `stacks` are not outputs of `count` ticks, as the ports declare them."""
+    if not isinstance(stacks, tuple) or len(stacks) != len(ports):
+        found = f"{len(stacks)} stacks" if isinstance(stacks, tuple) else type(stacks).__name__
+        raise RunError(f"{name}: put out {found} for {count} ticks, declared is a tuple of {len(ports)}, "
+                       "a stack for each output port")
+    for port, stack in zip(ports, stacks, strict=True):
+        if port.shape == () and isinstance(stack, list):
+            sound = len(stack) == count and all(isinstance(value, float) for value in stack)
+        else:
+            sound = (isinstance(stack, np.ndarray) and stack.dtype == _FLOAT64
+                     and port.shape != () and stack.shape == (count, *port.shape))
+        if not sound:
+            size = f"{stack.dtype} {stack.shape}" if isinstance(stack, np.ndarray) else (
+                f"{len(stack)} values" if isinstance(stack, list) else type(stack).__name__)
+            raise RunError(f"{name}.{port.name}: put out {size} for {count} ticks, declared is "
+                           + (f"a list of {count} floats" if port.shape == () else
+                              f"float64 {(count, *port.shape)}"))
+
+
 class Outputs:
     """Outputs of a block, copied at each tick.
 
@@ -225,7 +245,9 @@ class Outputs:
         taken: list[Any] = [*values]
         for number, shape in self._arrays:
             value: Any = values[number]
-            if value.shape != shape or value.dtype is not _FLOAT64:
+            dtype = value.dtype
+            # Arrays that numba or MuJoCo made have an equal type that is another object.
+            if value.shape != shape or (dtype is not _FLOAT64 and dtype != _FLOAT64):
                 check_shapes(self._name, self._ports, values)
             before = self._taken[number]
             same = value is self._given[number] and value.tobytes() == before.tobytes()

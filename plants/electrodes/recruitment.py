@@ -135,6 +135,46 @@ def recruit_muscles(
             frequency[muscles[m]] = total / recruited
 
 
+@compiled
+def excite_through(
+    pulses: Array, fresh: Flags, times_ns: NDArray[np.int64], first: int, period_ns: float, places: Array,
+    axons: Array, turn: float, circumference_mm: float, unit: float, muscles: NDArray[np.int64],
+    shares: Array, chronaxie_s: Array, skin: Array, active: Flags, known: Flags, fields: Array, fired: Flags,
+    until_ns: Array, hertz: Array, recruitment: Array, frequency: Array,
+) -> int:
+    """Do the ticks from `first` on, of those at `times_ns` (n,); `fresh` (n,) where pulses are new.
+
+    `pulses` (n, elements, 3). Fills `recruitment` and `frequency` (n, all muscles), and updates the arrays of
+    `ElectrodesState`. Returns the first tick that it leaves to the caller: one with a faulty or too frequent
+    pulse, one for which there is no free group, or n.
+    """
+    counting = np.empty(hertz.size)
+    for k in range(first, times_ns.size):
+        now = times_ns[k]
+        if fresh[k]:
+            faulty, rate = find_active(pulses[k], active)
+            if faulty >= 0 or rate * period_ns > NS_PER_S + rate:
+                return k
+            if rate > 0.0:
+                group = -1
+                for g in range(until_ns.size):
+                    if until_ns[g] <= now:
+                        group = g
+                        break
+                if group < 0:
+                    return k
+                fill_rows(active, known, places, axons, turn, circumference_mm, unit, fields)
+                fire(pulses[k], skin, active, fields, chronaxie_s, fired[group])
+                until_ns[group] = now + max(NS_PER_S / rate, period_ns) - 0.5 * period_ns
+                hertz[group] = rate
+        for g in range(hertz.size):
+            counting[g] = hertz[g] if until_ns[g] > now else 0.0
+        recruitment[k] = 0.0
+        frequency[k] = 0.0
+        recruit_muscles(fired, counting, muscles, shares, recruitment[k], frequency[k])
+    return times_ns.size
+
+
 class Forearm(NamedTuple):
     """Constants of a forearm; never written to.
 
@@ -185,8 +225,8 @@ class ElectrodesState:
     known: Flags
     active: Flags
     fired: Flags
-    until_ns: list[float]
-    hertz: list[float]
+    until_ns: Array
+    hertz: Array
     shift: Array = field(default_factory=lambda: np.zeros(2))
     rotation: int = 0
     newest_ns: int = NEVER
@@ -201,7 +241,7 @@ class ElectrodesState:
         return cls(
             forearm, period_s * NS_PER_S, places, gains, np.empty((elements, axons)),
             np.zeros(elements, np.bool_), np.zeros(elements, np.bool_), np.zeros((1, axons), np.bool_),
-            [NEVER], [0.0])
+            np.array([float(NEVER)]), np.zeros(1))
 
     def excite(self, pulses: Array, hertz: float, turn: float, now_ns: int) -> None:
         """Fire axons by simultaneous pulses (elements, 3) of the active elements; `turn` in rad.
@@ -219,18 +259,17 @@ class ElectrodesState:
 
     def _free_group(self, now_ns: int) -> int:
         """Index of a group that no longer counts, or of a new one."""
-        for group, until_ns in enumerate(self.until_ns):
+        for group, until_ns in enumerate(self.until_ns.tolist()):
             if until_ns <= now_ns:
                 return group
         self.fired = np.concatenate((self.fired, np.zeros_like(self.fired[:1])))
-        self.until_ns.append(NEVER)
-        self.hertz.append(0.0)
+        self.until_ns = np.append(self.until_ns, float(NEVER))
+        self.hertz = np.append(self.hertz, 0.0)
         return len(self.hertz) - 1
 
     def recruited(self, now_ns: int) -> tuple[Array, Array]:
         """Recruitment and frequency, Hz, of all muscles, (muscles,) each."""
-        hertz = np.array([hertz if until > now_ns else 0.0
-                          for hertz, until in zip(self.hertz, self.until_ns, strict=True)])
+        hertz = np.where(self.until_ns > now_ns, self.hertz, 0.0)
         recruitment, frequency = np.zeros(len(MUSCLES)), np.zeros(len(MUSCLES))
         recruit_muscles(self.fired, hertz, self.forearm.muscles, self.forearm.shares, recruitment, frequency)
         return recruitment, frequency
@@ -425,6 +464,47 @@ class Electrodes:
                 turn = state.rotation * math.radians(self.posture_step_deg)
                 state.excite(pulses, hertz, turn, tick.time_ns)
         return state.recruited(tick.time_ns)
+
+    def steps_through(self, state: ElectrodesState, inputs: Sequence[Sequence[Sample]], ticks: Sequence[Tick]
+                      ) -> tuple[Array, Array]:
+        """Recruitment after the pulses of each tick."""
+        count = len(ticks)
+        recruitment, frequency = np.empty((2, count, len(MUSCLES)))
+        times = np.array([tick.time_ns for tick in ticks])
+        arrived = np.array([sample.arrived_ns for sample in inputs[0]])
+        fresh = np.diff(arrived, prepend=state.newest_ns) > 0
+        pulses = np.array([sample.value for sample in inputs[0]])
+        done = 0
+        while done < count:
+            if self._ordinary(state, inputs, done, count):
+                done = self._excite(state, pulses, fresh, times, done, recruitment, frequency)
+                state.newest_ns = max(state.newest_ns, int(arrived[done - 1])) if done else state.newest_ns
+            if done < count:
+                samples = [column[done] for column in inputs]
+                recruitment[done], frequency[done] = self.step(state, samples, ticks[done])
+                done += 1
+        return recruitment, frequency
+
+    def _excite(self, state: ElectrodesState, pulses: Array, fresh: Flags, times_ns: NDArray[np.int64],
+                first: int, recruitment: Array, frequency: Array) -> int:
+        """Do ticks from `first` on; return the first that is left to `step`."""
+        forearm = state.forearm
+        done: int = excite_through(
+            pulses, fresh, times_ns, first, state.period_ns, state.places, forearm.axons,
+            state.rotation * math.radians(self.posture_step_deg), forearm.circumference_mm, forearm.unit,
+            forearm.muscles, forearm.shares, forearm.chronaxie_s, state.gains, state.active, state.known,
+            state.fields, state.fired, state.until_ns, state.hertz, recruitment, frequency)
+        return done
+
+    def _ordinary(self, state: ElectrodesState, inputs: Sequence[Sequence[Sample]], first: int, stop: int
+                  ) -> bool:
+        """Whether pulses alone change in these ticks, and no status holds."""
+        _, posture, skin, shift = inputs
+        return not state.latch.holding and all(
+            skin[k].arrived_ns <= state.skin_ns and shift[k].arrived_ns <= state.shift_ns
+            and math.isfinite(turn := cast(float, posture[k].value))
+            and round(math.degrees(turn) / self.posture_step_deg) == state.rotation
+            for k in range(first, stop))
 
     def _turn(self, state: ElectrodesState, posture: float, tick: Tick) -> None:
         """Discard the field if the forearm has turned by a step or more."""

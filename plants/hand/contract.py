@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
 
 import mujoco
+import numba
 import numpy as np
+from llvmlite.binding import load_library_permanently
+from numba import types
 from numpy.typing import NDArray
 
-from fesloop.compiled import compiled
+from fesloop.compiled import assign, compiled
 from fesloop.errors import InputError, RunError
 from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.hand import quaternion
@@ -35,6 +40,12 @@ some milliseconds, and a quarter as far with a tenth of the usual step)."""
 
 
 _POSITION_AND_VELOCITY, _NOTHING = mujoco.mjtStage.mjSTAGE_VEL, mujoco.mjtStage.mjSTAGE_NONE
+_VELOCITY_SKIPPED, _NOTHING_SKIPPED = int(_POSITION_AND_VELOCITY), int(_NOTHING)
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+"""The state from which MuJoCo continues bit for bit."""
+FLOOR_M = 100.0
+"""Depth of the floor below the wrist, m (chosen: a fall of four and a half seconds, out of every scene).
+Without it a falling object would end the run as too fast within minutes."""
 
 
 class Views(NamedTuple):
@@ -136,6 +147,54 @@ def find_unstable(angles: Array, speeds: Array, low: Array, high: Array) -> int:
     return -1
 
 
+def _load_mujoco() -> None:
+    """Make MuJoCo's C functions known to compiled code; its library is loaded already, from this file."""
+    folder = Path(mujoco.__file__).parent
+    found = [path for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
+             for path in folder.glob(pattern)]
+    if not found:
+        raise ImportError(f"{folder}: MuJoCo's library is missing; expected libmujoco.so.*, "
+                          "libmujoco.*.dylib or mujoco.dll; install mujoco from its wheel")
+    load_library_permanently(str(found[0]))
+
+
+_load_mujoco()
+_UNCOMPILED = bool(vars(numba.config)["DISABLE_JIT"])
+_void: Any = types.void  # called, it makes the signature of a function
+_forward_skip: Any = types.ExternalFunction(
+    "mj_forwardSkip", _void(types.intp, types.intp, types.intc, types.intc))
+_implicit: Any = types.ExternalFunction("mj_implicit", _void(types.intp, types.intp))
+
+
+@compiled
+def take_steps(
+    model: int, data: int, skipping: int, activation: Array, heights: Array, falls: bool, qpos: Array,
+    qvel: Array, userdata: Array, qfrc_applied: Array, mocap_pos: Array, low: Array, high: Array,
+    table: Array, arms: Array, joints: Numbers, step_s: float,
+) -> bool:
+    """Do what `step` does with tendons that yield, under `activation` (n, 29), in n steps.
+
+    `model` and `data` are addresses of MuJoCo's structs, and the arrays its own, of these names; `skipping`:
+    stage that is computed already; `heights` (n,), m, of the table, empty if there is none; `falls`: whether
+    there is an object that the floor stops. False as soon as the simulation is unstable.
+    """
+    for k in range(activation.shape[0]):
+        stage = skipping if k == 0 else _NOTHING_SKIPPED
+        if heights.size and mocap_pos[0, 2] != heights[k]:
+            mocap_pos[0, 2] = heights[k]
+            stage = _NOTHING_SKIPPED
+        assign(userdata[2 * table.shape[0]:], activation[k])
+        pull(qpos, qvel, userdata, qfrc_applied, table, arms, joints, step_s)
+        _forward_skip(model, data, stage, 1)
+        _implicit(model, data)
+        if falls and qpos[-5] < -FLOOR_M:
+            qpos[-5] = -FLOOR_M
+            qvel[-6:] = 0.0
+        if find_unstable(qpos, qvel, low, high) >= 0:
+            return False
+    return True
+
+
 def stable_bounds(model: mujoco.MjModel) -> Bounds:
     """Bounds of a model's hinges in a stable simulation."""
     hinges = model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
@@ -202,9 +261,6 @@ def drive_angles(start: Array, target: Array, before: Array) -> Array:
 Numbers = NDArray[np.int64]
 OFFER_PERIOD_NS = 100_000_000
 """Interval between tries to put the object into the hand (chosen)."""
-FLOOR_M = 100.0
-"""Depth of the floor below the wrist, m (chosen: a fall of four and a half seconds, out of every scene).
-Without it a falling object would end the run as too fast within minutes."""
 
 
 class HandParameters(Protocol):
@@ -349,17 +405,30 @@ def contact_forces(data: mujoco.MjData, parts: Numbers) -> tuple[Array, Array]:
     if data.ncon == 0:
         return every, of_object
     contacts = data.contact
-    rows, pairs = np.asarray(contacts.efc_address), parts[np.asarray(contacts.geom)].reshape(-1, 2)
-    for row, pair in zip(rows, pairs, strict=True):
+    add_forces(np.asarray(contacts.efc_address), np.asarray(contacts.geom), parts, data.efc_force, every,
+               of_object)
+    return every, of_object
+
+
+@compiled
+def add_forces(
+    rows: NDArray[np.int32], geoms: NDArray[np.int32], parts: Numbers, efc_force: Array, every: Array,
+    of_object: Array,
+) -> None:
+    """Add the normal forces of contacts to those of their `parts` of geoms, and those of the object's.
+
+    `rows` (n,) and `geoms` (n, 2) are MuJoCo's `efc_address` and `geom` of the contacts.
+    """
+    for row, pair in zip(rows, geoms):  # noqa: B905 - Numba has no `strict`
         if row < 0:
             continue
-        force = data.efc_force[row]  # the first row of a contact is along its normal
-        for part in pair:
-            if part >= 0:
-                every[part] += force
-        if min(pair) == OBJECT_PART and max(pair) >= 0:
-            of_object[max(pair)] += force
-    return every, of_object
+        force, one, other = efc_force[row], parts[pair[0]], parts[pair[1]]  # the first row is the normal's
+        if one >= 0:
+            every[one] += force
+        if other >= 0:
+            every[other] += force
+        if min(one, other) == OBJECT_PART and max(one, other) >= 0:
+            of_object[max(one, other)] += force
 
 
 def turn_forearm(state: HandState, start: Array, target: Value) -> None:
@@ -389,12 +458,48 @@ def advance_to(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | None,
         require_stable(model, bounds, state)
 
 
+def advance_steps(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | None, table: Table | None,
+                  hold: Hold | None, tendons: Tendons, state: HandState, activation: Array,
+                  times_ns: Sequence[int], step_ns: int) -> bool:
+    """Do the steps that end at `times_ns`, n, under `activation` (n, 29), in one call of compiled code.
+
+    False, with the state as before, where something else than muscles and table acts in one of the steps, or
+    the simulation becomes unstable.
+    """
+    last_ns = times_ns[-1] - step_ns
+    releasing = (hold is not None and last_ns > hold.until_ns
+                 and state.time_ns <= hold.over_ns + step_ns)
+    offering = not state.given and thing is not None and last_ns >= _given_ns(thing)
+    if releasing or offering or _UNCOMPILED:  # plain Python cannot call MuJoCo's C functions
+        return False
+    before, views = np.empty(mujoco.mj_stateSize(model, _STATE)), state.views
+    mujoco.mj_getState(model, state.data, before, _STATE)
+    if hold is not None and last_ns <= hold.until_ns:
+        hold.press(state.data, state.time_ns)  # as firmly in all of these steps
+    heights = np.array([] if table is None else [_height(table, time - step_ns) for time in times_ns])
+    done = take_steps(
+        model._address, state.data._address, _VELOCITY_SKIPPED if state.evaluated else _NOTHING_SKIPPED,
+        activation, heights, thing is not None, views.qpos, views.qvel, views.userdata, views.qfrc_applied,
+        views.mocap_pos, bounds.low, bounds.high, *tendons)
+    state.evaluated = False
+    if done:
+        state.time_ns = times_ns[-1]
+    else:
+        mujoco.mj_setState(model, state.data, before, _STATE)
+    return bool(done)
+
+
 def _offer(model: mujoco.MjModel, thing: GraspObject, state: HandState) -> None:
     """Give the object if it is due and there is room, trying every 100 ms."""
-    since_ns = state.time_ns - round(thing.given_at_s * NS_PER_S)
+    since_ns = state.time_ns - _given_ns(thing)
     if since_ns >= 0 and since_ns % OFFER_PERIOD_NS < model.opt.timestep * NS_PER_S:
         state.given = give(model, thing, state.data)
         state.evaluated = False
+
+
+def _given_ns(thing: GraspObject) -> int:
+    """Instant from which the object is offered, ns."""
+    return round(thing.given_at_s * NS_PER_S)
 
 
 def _rest_on_floor(views: Views) -> None:
@@ -403,9 +508,14 @@ def _rest_on_floor(views: Views) -> None:
     views.qvel[-6:] = 0.0
 
 
+def _height(table: Table, time_ns: int) -> float:
+    """Height of the table's centre at an instant, m."""
+    return table.height_m - 0.005 - table.drop(time_ns)
+
+
 def _lower(table: Table, state: HandState) -> None:
     """Move the table to its height at the start of the step."""
-    height = table.height_m - 0.005 - table.drop(state.time_ns)
+    height = _height(table, state.time_ns)
     if state.views.mocap_pos[0, 2] != height:
         state.views.mocap_pos[0, 2] = height
         state.evaluated = False

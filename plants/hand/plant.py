@@ -29,6 +29,7 @@ from plants.hand.contract import (
     HandValues,
     Views,
     add_forearm_drive,
+    advance_steps,
     advance_to,
     contact_forces,
     evaluate,
@@ -302,6 +303,14 @@ class Hand:
             turn_forearm(state, self._forearm(), inputs[1])
         advance_to(self.model, self._bounds, self.object, self.table, self._hold, state, stop_ns,
                    self._grid.period_num, self._tendons)
+
+    def advance_steps(self, state: HandState, inputs: Sequence[Sequence[Value]], start_ns: int,
+                      times_ns: Sequence[int]) -> bool:
+        """Advance by steps of the grid, in one call; False with stiff tendons, or a forearm that moves."""
+        if self._tendons is None or self.forearm_moves:
+            return False
+        return advance_steps(self.model, self._bounds, self.object, self.table, self._hold, self._tendons,
+                             state, np.array(inputs[0]), times_ns, self._grid.period_num)
 
     def pull(self, data: mujoco.MjData, activation: Array) -> None:
         """Set the muscles' part of MuJoCo's data for its next step, under an activation (29,).

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.compiled import compiled
+from fesloop.compiled import assign, compiled
 from fesloop.errors import InputError, did_you_mean
 from fesloop.forms.schema import require_not_negative, require_shape
 from fesloop.hand.anthropometry import HandSize
@@ -146,8 +146,8 @@ def field_at_sensors(
     count = sensors.sites.size
     points, field = np.empty((count, 3)), np.empty((count, 3))
     for i in range(count):
-        points[i] = position[sensors.sites[i]]
-        field[i] = around.earth
+        assign(points[i], position[sensors.sites[i]])
+        assign(field[i], around.earth)
     add_sources(around.fixed, points, field)
     if around.carriers.size:
         placed = np.empty(around.carried.shape)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fesloop.compiled import compiled
+from fesloop.compiled import assign, compiled
 from fesloop.errors import InputError
 from fesloop.forms.schema import require_not_negative, require_positive, require_shape
 from fesloop.hand.kinematics_kernels import turned
@@ -251,8 +251,8 @@ def wobble(tissue: Tissue, rate: Array, force: Array, elapsed_s: float, motion: 
         motion[ROTATION, i] = (offset + slope * elapsed_s
                                + decay * (left * (cosine + z * w * sine) + speed * sine))
         motion[SPEED, i] = slope + decay * (speed * (cosine - z * w * sine) - left * w * w * sine)
-    motion[BONE_RATE] = rate
-    motion[BONE_FORCE] = force
+    assign(motion[BONE_RATE], rate)
+    assign(motion[BONE_FORCE], force)
 
 
 @compiled

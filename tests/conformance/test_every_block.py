@@ -14,9 +14,11 @@ import conformance_parts as parts
 import numpy as np
 import pytest
 
+from fesloop.errors import RunError
 from fesloop.loop.abilities import (
     OF_BLOCKS,
     OF_PLANTS,
+    AdvancesSteps,
     AdvancesThrough,
     AgeLimit,
     Delays,
@@ -34,6 +36,7 @@ from fesloop.loop.abilities import (
     Passage,
     Reports,
     Resolves,
+    StepsThrough,
     Warns,
     contract_faults,
     offers,
@@ -41,7 +44,8 @@ from fesloop.loop.abilities import (
 from fesloop.loop.assembly import empty_sample
 from fesloop.loop.block import Tick, is_plant
 from fesloop.loop.clock import NS_PER_MS
-from fesloop.loop.signals import check_shapes
+from fesloop.loop.signals import check_shapes, require_stacks
+from plants.stimulator import Stimulator
 
 KINDS = sorted({e.name for e in entry_points(group="fesloop.blocks")} - parts.NOT_WITHOUT_FILES)
 TICKS = 40
@@ -252,6 +256,54 @@ def advances_through(kind, block):
             assert np.asarray(stack[k]).tobytes() == np.asarray(value).tobytes()
 
 
+def advances_steps(kind, block):
+    """Several steps in one call leave, to the bit, what one after the other do, or nothing has changed."""
+    period = block.grid.tick(1)
+    feeds = [sample.value for samples in parts.feed(block, 8) for sample in samples]
+    columns = [feeds[i::len(block.inputs)] for i in range(len(block.inputs))]
+    stepped, at_once = (block.init(parts.context(kind)) for _ in range(2))
+    for first, stop in ((0, 3), (3, 8)):
+        times = [(k + 1) * period for k in range(first, stop)]
+        before = [np.asarray(value).tobytes() for value in block.read(at_once, [c[first] for c in columns])]
+        if not block.advance_steps(at_once, [c[first:stop] for c in columns], first * period, times):
+            after = block.read(at_once, [c[first] for c in columns])
+            assert [np.asarray(value).tobytes() for value in after] == before
+            return
+        for k in range(first, stop):
+            block.advance(stepped, [c[k] for c in columns], k * period, (k + 1) * period)
+            if k + 1 < stop:
+                continue
+            values = [block.read(state, [c[k] for c in columns]) for state in (stepped, at_once)]
+            for one, other in zip(*values, strict=True):
+                assert np.asarray(one).tobytes() == np.asarray(other).tobytes()
+
+
+def steps_through(kind, block):
+    """Ticks in one call give, to the bit, what one after the other give: outputs, reports and state."""
+    feeds = parts.feed(block, TICKS)
+    feeds[9:12] = [feeds[8]] * 3  # ticks without a new message
+    feeds[14] = [sample._replace(value=-np.asarray(sample.value)) if sample.value is not None else sample
+                 for sample in feeds[14]]  # bad input
+    stepped, at_once = (block.init(parts.context(kind)) for _ in range(2))
+    expected = parts.step_through(kind, block, stepped, feeds)
+    done = 0
+    for count in (1, 7, 2, 10, 20):
+        ticks = [Tick() for _ in range(count)]
+        for k, tick in enumerate(ticks, done):
+            tick.index, tick.time_ns = k, k * 10 * NS_PER_MS
+        columns = [list(column) for column in zip(*feeds[done:done + count], strict=True)]
+        stacks = block.steps_through(at_once, columns, ticks)
+        require_stacks(kind, block.outputs, stacks, count)
+        for k, tick in enumerate(ticks):
+            values, reports = expected[done + k]
+            assert tick.reports == reports
+            for stack, value in zip(stacks, values, strict=True):
+                assert np.asarray(stack[k]).tobytes() == np.asarray(value).tobytes()
+        done += count
+    assert done == TICKS
+    assert pickle.dumps(at_once) == pickle.dumps(stepped)
+
+
 def reports(kind, block):
     assert all(status.isidentifier() for status, _ in block.reports(block.init(parts.context(kind))))
 
@@ -267,7 +319,8 @@ def glances(kind, block):
 CHECKS = {NeedsStillness: needs_stillness, Designs: designs, Learns: learns, Resolves: resolves,
           ExplainsInputs: explains_inputs, Warns: warns, HasClock: has_clock,
           Delays: delays, LimitsAge: limits_age, Guarded: guarded, Interlocks: interlocks, Ignores: ignores,
-          AdvancesThrough: advances_through, Reports: reports, Glances: glances}
+          AdvancesThrough: advances_through, AdvancesSteps: advances_steps, StepsThrough: steps_through,
+          Reports: reports, Glances: glances}
 CHECKED_ELSEWHERE = {
     "Observes": "above", "Linear": "tests/models/test_linear_form.py", "Closes": "tests/loop/test_devices.py",
     "UsesSensors": "tests/streams/blocks/test_join.py", "ChecksPlace": "tests/loop/test_surroundings.py",
@@ -305,6 +358,27 @@ class Wrong:
 
     def guarded(self):
         return ()
+
+
+class OneTooMany(Stimulator):
+    """Puts out one tick too many."""
+
+    def steps_through(self, state, inputs, ticks):
+        stacks = super().steps_through(state, inputs, ticks)
+        return tuple(np.concatenate((stack, stack[-1:])) for stack in stacks)
+
+
+class Foreseeing(Stimulator):
+    """Reads what the last tick reads in all of them."""
+
+    def steps_through(self, state, inputs, ticks):
+        return super().steps_through(state, [[column[-1]] * len(ticks) for column in inputs], ticks)
+
+
+@pytest.mark.parametrize(("wrong", "fault"), [(OneTooMany, RunError), (Foreseeing, AssertionError)])
+def test_ticks_in_one_call_that_are_not_those_of_steps_are_caught(wrong, fault):
+    with pytest.raises(fault):
+        steps_through("stimulator", wrong(channels=4))
 
 
 def test_a_member_with_another_signature_is_named():

@@ -1,11 +1,14 @@
 """Random wirings against the loop's rules written down plainly, in one go, in stretches and from snapshots.
 
 Several plants, exact and of fixed steps, coupled, in rings and with themselves, with and without feedthrough,
-gone through many instants at once, looked at ahead and at a glance; blocks at rates, offsets and stamps;
+gone through many instants at once, looked at ahead and at a glance; blocks at rates, offsets and stamps, some
+of which are run ahead;
 latency, jitter, loss, both ways of being late; execution times that skip ticks; several trials.
 """
 
 import random
+from contextlib import suppress
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
@@ -13,17 +16,22 @@ from eager_loop import (
     Adder,
     AheadAdder,
     AheadDrifter,
+    AheadMixer,
     Drifter,
     EagerLoop,
     ForeseenDrifter,
     GlancingAdder,
     Mixer,
+    ReportingAheadMixer,
+    ReportingMixer,
+    SteppingAdder,
+    SteppingGlancer,
 )
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from live_parts import Wall
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, RunError
 from fesloop.loop.clock import NS_PER_MS, RateClock, StampClock
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.nodes import Node
@@ -54,18 +62,19 @@ def duration(draw, zero, low_ms=0.0):
 
 def plant(draw, name):
     grid = RateClock.from_rate(draw.choice(RATES)) if draw.random() < 0.3 else None
-    kind = draw.choice(EXACT if grid is None else (Adder, GlancingAdder))
+    kind = draw.choice(EXACT if grid is None else (Adder, GlancingAdder, SteppingAdder, SteppingGlancer))
     return Node(name, kind(takes=draw.randint(1, 2), gives=draw.randint(1, 2), salt=draw.randint(1, 99),
                            feedthrough=draw.random() < 0.15, grid=grid))
 
 
 def block(draw, name):
     size = {"takes": draw.randint(0, 3), "gives": draw.randint(0, 2), "salt": draw.randint(1, 99)}
+    kind = draw.choice((Mixer, AheadMixer))
     if draw.random() < 0.2:
         steps = [draw.choice([1, 1000, 5_000_000, 20_000_000]) for _ in range(draw.randint(1, 30))]
         stamps = StampClock(np.cumsum(steps) - 1)
-        return Node(name, Mixer(**size, clock=stamps), execution=duration(draw, 0.6))
-    return Node(name, Mixer(**size), draw.choice(RATES), draw.choice([0, 0, 1, 3.3, 12.345678]),
+        return Node(name, kind(**size, clock=stamps), execution=duration(draw, 0.6))
+    return Node(name, kind(**size), draw.choice(RATES), draw.choice([0, 0, 1, 3.3, 12.345678]),
                 duration(draw, 0.6))
 
 
@@ -122,6 +131,59 @@ def test_the_loop_keeps_its_rules_to_the_bit(seed, trial, rate):
     loop = Loop(wiring, trial, recorder)
     loop.run_until(UNTIL_NS)
     compare(loop, recorder, expected)
+
+
+def with_blocks(wiring, kind):
+    """The wiring with every block of a kind."""
+    nodes = [node if node.is_plant else replace(node, part=kind(**{
+        field.name: getattr(node.block, field.name) for field in fields(node.block)}))
+        for node in wiring.nodes]
+    return Wiring(nodes, [connection.wire for connection in wiring.connections], wiring.seed)
+
+
+@given(seeds, st.lists(st.integers(0, UNTIL_NS), max_size=3))
+@settings(max_examples=80, deadline=None)
+def test_reports_of_ticks_that_are_run_ahead_keep_their_order(seed, stops_ns):
+    wiring, seen = random_wiring(seed), []
+    for kind in (ReportingMixer, ReportingAheadMixer):
+        recorder = Recorder(None)
+        loop = Loop(with_blocks(wiring, kind), recorder=recorder)
+        for stop_ns in [*sorted(stops_ns), UNTIL_NS]:
+            loop.run_until(stop_ns)
+            assert all(time <= stop_ns for time, *_ in recorder.events)
+        seen.append((recorder.events, recorder.blocks))
+    assert seen[0] == seen[1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Failing(Adder):
+    """A plant that fails after some steps."""
+
+    fails_ns: int
+
+    def advance(self, state, inputs, start_ns, stop_ns):
+        if stop_ns > self.fails_ns:
+            raise RunError(f"fails at {stop_ns} ns")
+        Adder.advance(self, state, inputs, start_ns, stop_ns)
+
+
+@given(seeds, st.integers(0, UNTIL_NS))
+@settings(max_examples=80, deadline=None)
+def test_a_run_that_fails_has_recorded_the_same_ticks(seed, fails_ns):
+    wiring, seen = random_wiring(seed), []
+    plants = {"takes": 2, "gives": 2, "salt": 3, "grid": RateClock.from_rate("250"), "fails_ns": fails_ns}
+    nodes = [replace(node, part=Failing(**plants)) if node.is_plant else node for node in wiring.nodes]
+    try:
+        wiring = Wiring(nodes, [connection.wire for connection in wiring.connections], wiring.seed)
+    except InputError:
+        assume(False)
+    for kind in (ReportingMixer, ReportingAheadMixer):
+        recorder = Recorder(None)
+        loop = Loop(with_blocks(wiring, kind), recorder=recorder)
+        with suppress(RunError):
+            loop.run_until(UNTIL_NS)
+        seen.append((recorder.events, recorder.blocks, recorder.inputs))
+    assert seen[0] == seen[1]
 
 
 @given(seeds, rates)

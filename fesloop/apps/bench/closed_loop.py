@@ -33,12 +33,13 @@ from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running import Experiment
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.machine import one_blas_thread
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
-_TIMED = ("step", "advance", "advance_through", "read", "glance", "observe")
+_TIMED = ("step", "steps_through", "advance", "advance_through", "advance_steps", "read", "glance", "observe")
 """Members of blocks and plants that the loop calls during a run."""
 
 
@@ -116,7 +117,8 @@ class _TimedPart:
                 setattr(self, name, self._timed(getattr(part, name)))
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        # The part has been made for its wires: made again, it would no longer be timed.
+        if name.startswith("__") or name in ("resolve", "with_sensors"):
             raise AttributeError(name)
         return getattr(self._part, name)
 
@@ -177,6 +179,7 @@ def run(
             "realtime_factor": {row["case"]: row["realtime_factor"] for row in rows}}
 
 
+@one_blas_thread()  # as a run
 def measure(case: str, repeats: int, duration_s: float) -> dict[str, Any]:
     """Times of the loop with its recording and of bare MuJoCo, (repeats, 2), s; of each part; the error."""
     this = experiment(case, duration_s)
@@ -184,6 +187,7 @@ def measure(case: str, repeats: int, duration_s: float) -> dict[str, Any]:
     bare = BareHand(loop, seen)
     times, parts = np.empty((repeats, 2)), parts_s(this)
     with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder:
+        file_s(this, seen, Path(folder))  # loads what writing needs
         for i in range(repeats):
             loop, seen, loop_s = recorded_loop(this)
             written_s = file_s(this, seen, Path(folder))

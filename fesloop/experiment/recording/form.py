@@ -43,10 +43,10 @@ def block_rows(dtype: np.dtype[np.void], rows: Sequence[BlockRow], trial: int, k
     table = np.empty(len(rows), dtype)
     if rows:
         table["trial"] = trial
-        index, time, left, oldest, newest, outputs = zip(*rows, strict=True)
-        stamps = (index, time, left, oldest, newest)
-        names, columns = dtype.names or (), tuple(zip(*outputs, strict=True))
-        for name, column in zip(names[1:], (*stamps, *(columns[port] for port in kept)), strict=True):
+        # `zip` of many rows makes an object for each, and so garbage collections.
+        stamps: list[list[Any]] = [[row[k] for row in rows] for k in range(len(BLOCK_STAMPS) - 1)]
+        columns: list[list[Any]] = [[row[-1][port] for row in rows] for port in kept]
+        for name, column in zip((dtype.names or ())[1:], stamps + columns, strict=True):
             table[name] = _filled(column, dtype[name].shape)
     return table
 
@@ -72,10 +72,9 @@ def input_rows(dtype: np.dtype[np.void], rows: Sequence[InputRow], trial: int) -
     """Changes of one plant input as one structured array."""
     table = np.empty(len(rows), dtype)
     table["trial"] = trial
-    time, _, oldest, newest, values = zip(*rows, strict=True)
-    for name, column in zip((dtype.names or ())[1:-1], (time, oldest, newest), strict=True):
-        table[name] = column
-    table["value"] = _filled(values, dtype["value"].shape)
+    for name, k in zip((dtype.names or ())[1:-1], (0, 2, 3), strict=True):
+        table[name] = [row[k] for row in rows]
+    table["value"] = _filled([row[4] for row in rows], dtype["value"].shape)
     return table
 
 

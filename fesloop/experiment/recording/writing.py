@@ -157,8 +157,9 @@ class TimedBlock:
         self.durations_ns: list[int] = []
 
     def __getattr__(self, name: str) -> Any:
-        # The other block has been made for its wires: made again, it would no longer be timed.
-        if name.startswith("__") or name in ("resolve", "with_sensors"):
+        # The other block has been made for its wires: made again, it would no longer be timed. Its steps are
+        # timed one by one.
+        if name.startswith("__") or name in ("resolve", "with_sensors", "steps_through"):
             raise AttributeError(name)
         return getattr(self.__wrapped__, name)
 
