@@ -89,6 +89,20 @@ def classify(worst: float, limit: float, before: int) -> int:
     return UNSURE if worst > (_SURE_AGAIN * limit if before == UNSURE else limit) else SURE
 
 
+@compiled
+def by_joint(layout: Any, angles: Any, sd: Any) -> Any:
+    """Rotations (segments, 3), rad, and greatest variances (segments,), rad^2, of the joints of a tree."""
+    rotations, variance = np.zeros((layout.shape[0], 3)), np.zeros(layout.shape[0])
+    for k in range(layout.shape[0]):
+        greatest = 0.0
+        for i in range(layout[k, 1]):
+            rotations[k, i], each = angles[layout[k, 2] + i], sd[layout[k, 2] + i]
+            if each > greatest or each != each:
+                greatest = each
+        variance[k] = greatest * greatest
+    return rotations, variance
+
+
 def report(
     worst: NDArray[np.float64], limit: float, status: NDArray[np.int64], table: JointTable, first: bool,
     tick: Tick
@@ -429,11 +443,7 @@ class ConstrainedTracker:
                  tick: Tick) -> None:
         """Compare the initial pose with gravity at its end, and the posture since then with the pose."""
         layout = body.tree.layout
-        rotations, variance = np.zeros((len(layout), 3)), np.zeros(len(layout))
-        for k, (_, freedoms, first) in enumerate(layout.tolist()):
-            if freedoms:
-                rotations[k, :freedoms] = angles[first:first + freedoms]
-                variance[k] = np.max(sd[first:first + freedoms]) ** 2
+        rotations, variance = by_joint(layout, angles, sd)
         if state.aligned_ns is None:
             state.aligned_ns = tick.time_ns
             watch.begin(rotations, tick.time_ns)
