@@ -104,6 +104,7 @@ class Surroundings:
     way: str = ""
     coming: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     actuation_ns: float | None = None
+    followers: Mapping[str, str] = field(default_factory=dict)
     age_ns: Mapping[str, float] = field(default_factory=dict)
 
 

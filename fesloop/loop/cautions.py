@@ -20,6 +20,7 @@ from fesloop.loop.abilities import (
     Attaches,
     ChecksPlace,
     Closes,
+    Delays,
     LimitsAge,
     Surroundings,
     WarnsInPlace,
@@ -85,7 +86,22 @@ def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
                                                                        connection.source_port, duration_ns)
               for connection in wiring.connections
               if connection.target is node and is_source(connection.source)}
-    return Surroundings(loop_ns=loop_ns, way=way, coming=coming)
+    return Surroundings(loop_ns=loop_ns, way=way, coming=coming, followers=_followers(wiring, node))
+
+
+def _followers(wiring: Wiring, node: Node) -> dict[str, str]:
+    """Readers of a node that follow it in no fixed time, by its output port."""
+    found: dict[str, str] = {}
+    for each in wiring.connections:
+        reader = each.target
+        if each.source is not node or not offers(reader.part, Delays):
+            continue
+        read = each.target.part.inputs[each.target_port].name
+        for passage in reader.part.passages(reader.context(wiring.seed, 0)):
+            if passage.later and read in passage.inputs:
+                port = node.part.outputs[each.source_port].name
+                found[port] = f"{reader.name!r} follows it {passage.later}"
+    return found
 
 
 def is_source(node: Node) -> bool:
