@@ -44,6 +44,11 @@ class IntentionScore:
         if not 0.0 < self.move_deg < math.inf:
             raise InputError("move_deg", f"{self.move_deg:g}", "above 0")
 
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Signals that are compared."""
+        return self.attempt, self.phase, self.angles
+
     def faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> Iterator[InputError]:
         """Faults: signals that do not exist, or are no single number; `shapes` are those of all outputs."""
         for key in ("attempt", "phase", "angles"):
@@ -112,8 +117,7 @@ class Score:
         inner = [("grasp", name) for _, name, _ in self.grasp.signals()] if self.grasp else []
         inner += [("cycles", self.cycles.signal)] if self.cycles else []
         inner += [("search", name) for name in self.search.signals] if self.search else []
-        listened = (self.intention.attempt, self.intention.phase, self.intention.angles) if self.intention else ()
-        inner += [("intention", name) for name in listened]
+        inner += [("intention", name) for name in self.intention.signals] if self.intention else []
         faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
                   for key, name in signals if name is not None and name not in outputs]
         faults += [InputError(f"score.{key}", f"{name!r} is left out of the recording", "what is recorded",

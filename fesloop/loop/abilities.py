@@ -240,6 +240,17 @@ class Listens(Protocol):
         """Reports of an instant that has been run: (instant, block, status, detail) each."""
 
 
+class Captures(Protocol):
+    """A block whose outputs are captured when it steps, whatever it reads, such as a stimulated person's EMG.
+
+    Its step sets `tick.captured_ns` to its instant.
+    """
+
+    @property
+    def captures(self) -> bool:
+        """True if it does with its parameters."""
+
+
 class HasStandIn(Protocol):
     """A block that a rehearsal of a run must not touch."""
 
@@ -338,7 +349,7 @@ class Glances(Protocol):
 COMMON: tuple[type, ...] = (Designs, Learns, Closes, Resolves, UsesSensors, ExplainsInputs, Linear, Warns)
 OF_BLOCKS: tuple[type, ...] = (
     *COMMON, HasClock, ChecksPlace, WarnsInPlace, Delays, LimitsAge, Attaches, AwaitsArrivals, Listens,
-    HasStandIn, Seeks, Guarded, ChecksGuard, Guards, Interlocks, NeedsStillness)
+    Captures, HasStandIn, Seeks, Guarded, ChecksGuard, Guards, Interlocks, NeedsStillness)
 OF_PLANTS: tuple[type, ...] = (*COMMON, Ignores, Observes, AdvancesThrough, Reports, Glances)
 
 A = TypeVar("A")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.movements import MUSCLES
-from fesloop.loop.abilities import Surroundings
+from fesloop.loop.abilities import Passage, Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.noise import NoiseStream
@@ -92,7 +92,7 @@ class Intention:
     noise: sd of the effort as a fraction of the effort (chosen).
     noise_s: time constant of that noise (chosen).
     band_hz: frequencies fl, fh of the EMG's spectrum (chosen: a mean frequency near 100 Hz).
-    artefact_ms: time constant of the decay of an artefact (chosen).
+    artefact_ms: time constant of the decay of an artefact (chosen: an amplifier that recovers fast).
     blanking_ms: time after each pulse in which electrodes with an artefact give no sample; 0: none.
     elements: number of elements in `stimulation`; 0 takes it from the wire.
     """
@@ -108,7 +108,7 @@ class Intention:
     noise: float = 0.03
     noise_s: float = 0.1
     band_hz: tuple[float, float] = (60.0, 120.0)
-    artefact_ms: float = 3.0
+    artefact_ms: float = 0.5
     blanking_ms: float = 0.0
     elements: int = 0
     _efforts: Array = field(init=False, repr=False, compare=False)
@@ -167,6 +167,15 @@ class Intention:
         return (*always, Port("emg", size, "V", sensors=sensors, gaps=self.blanking_ms > 0.0),
                 Port("effort", size, "1", rows=sensors.names))
 
+    @property
+    def captures(self) -> bool:
+        """True: the person and the electrodes are now as they are, whatever stimulation derives from."""
+        return True
+
+    def passages(self, context: Context) -> tuple[Passage, ...]:
+        """Stimulation acts on the EMG alone."""
+        return (Passage(inputs=("stimulation",), outputs=("emg",)),) if self.inputs else ()
+
     def faults(self, context: Context, surroundings: Surroundings) -> tuple[InputError, ...]:
         """A rate that is too low for EMG."""
         period_s = context.clock.period_s if context.clock is not None else math.inf
@@ -201,6 +210,7 @@ class Intention:
 
     def step(self, state: IntentionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Efforts and EMG of one tick."""
+        tick.captured_ns = tick.time_ns
         count, electrodes = len(self._limits), len(self.emg)
         normal = state.noise.row(tick.index)
         state.wander *= state.keeps

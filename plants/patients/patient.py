@@ -211,7 +211,8 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
         model = own.get("model")
         return _plain(muscles(patient, model if isinstance(model, str) else ""))
     if kind == "intention":
-        return {"voluntary_limit": patient.voluntary.limit, "voluntary_limits": dict(patient.voluntary.muscles)}
+        able = patient.voluntary
+        return {"voluntary_limit": able.limit, "voluntary_limits": dict(able.muscles)}
     if kind == "electrodes":
         elements = _elements(own.get("arrays"))
         parameters = electrodes(patient, elements)

@@ -1,4 +1,4 @@
-"""From a person's intention to the movement of their hand: latencies, and triggers that are missed or false."""
+"""From a person's intention to the movement of their hand: latencies, triggers missed and false."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.recording.reading import Recording, reached_ns
+from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.score_spec import IntentionScore
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import FOREVER, NS_PER_S
 
 Instants = NDArray[np.int64]
 
@@ -20,8 +20,8 @@ class Answers(NamedTuple):
     Attributes
     ----------
     onsets_ns: (attempts,), onset of each effort.
-    triggers_ns: (attempts,), first trigger between onset and the end of the effort plus the grace; -1 for none.
-    false: number of triggers that no attempt explains, or of further triggers in one attempt.
+    triggers_ns: (attempts,), first trigger between onset and the end of the effort plus the grace; -1: none.
+    false: number of triggers that answer no attempt, or one that has its trigger already.
     """
 
     onsets_ns: Instants
@@ -40,7 +40,7 @@ def answers(times_ns: Instants, attempts: NDArray[np.float64], triggers_ns: Inst
     after_ns: attempts with an onset before, and triggers before, do not count.
     grace_ns: time after the end of an effort in which a trigger still answers it.
     """
-    begins = np.flatnonzero((attempts > 0.0) & (np.diff(attempts, prepend=0.0) != 0.0))
+    begins: Instants = np.flatnonzero((attempts > 0.0) & (np.diff(attempts, prepend=0.0) != 0.0))
     onsets, ends = [], []
     for first in begins:
         over = np.flatnonzero(attempts[first:] != attempts[first])
@@ -50,8 +50,8 @@ def answers(times_ns: Instants, attempts: NDArray[np.float64], triggers_ns: Inst
     counted = triggers_ns[triggers_ns >= after_ns]
     found = np.full(len(onsets), -1, np.int64)
     for number, (onset, end) in enumerate(zip(onsets, ends, strict=True)):
-        last = min(end + grace_ns, onsets[number + 1] - 1 if number + 1 < len(onsets) else np.iinfo(np.int64).max)
-        inside = counted[(counted >= onset) & (counted <= last)]
+        before = onsets[number + 1] if number + 1 < len(onsets) else FOREVER
+        inside = counted[(counted >= onset) & (counted <= end + grace_ns) & (counted < before)]
         if inside.size:
             found[number] = inside[0]
     return Answers(np.array(onsets, np.int64), found, counted.size - int((found >= 0).sum()))
@@ -68,10 +68,10 @@ def intention_metrics(recording: Recording, score: IntentionScore) -> dict[str, 
         each = answers(attempt.times_ns, attempt.values.reshape(-1), phase.times_ns[begun],
                        round(score.after_s * NS_PER_S), round(score.grace_s * NS_PER_S))
         answered = each.triggers_ns >= 0
-        moved = [_moved_ns(recording, score, trial, int(trigger)) for trigger in each.triggers_ns[answered]]
-        found["intention_to_reference_s"].append(_mean_s(each.triggers_ns[answered] - each.onsets_ns[answered]))
-        found["intention_to_movement_s"].append(_mean_s(np.array(
-            [later - onset for later, onset in zip(moved, each.onsets_ns[answered], strict=True) if later >= 0])))
+        onsets, triggers = each.onsets_ns[answered], each.triggers_ns[answered]
+        moved = np.array([_moved_ns(recording, score, trial, at) for at in triggers.tolist()], np.int64)
+        found["intention_to_reference_s"].append(_mean_s(triggers - onsets))
+        found["intention_to_movement_s"].append(_mean_s((moved - onsets)[moved >= 0]))
         found["false_triggers"].append(each.false)
         found["missed_triggers"].append(int((~answered).sum()))
     return dict(found)
