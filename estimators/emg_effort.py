@@ -19,6 +19,8 @@ from fesloop.loop.signals import Port, Sample, Sensors, Value
 _REST_PART_NS = 25 * NS_PER_MS
 """Parts of the rest whose means show the power of slow noise (chosen: longer than EMG is correlated)."""
 _LEAST_PARTS = 8
+_COLOUR = 2.0
+"""Factor on the rate of noise, since rectified EMG is not white (chosen: 1.6 was found for a narrow band)."""
 _STRONG_PART_NS = 250 * NS_PER_MS
 """Parts of the greatest contraction, the strongest of which counts (chosen: shorter than it is held)."""
 
@@ -88,11 +90,11 @@ class EmgEffort:
     largest mean of 250 ms in the window `contraction_s`, in which the person contracts as strongly as
     possible. Before the second window is over, effort is 0 and `calibrated` 0.
 
-    `detection` is the effort that the noise of rest exceeds `false_alarms_per_min` times a minute, on
+    `detection` is the effort that the noise of rest exceeds at most `false_alarms_per_min` times a minute, on
     average over calibrations. For Gaussian noise behind two such lags, which exceeds its mean by z sds
     cutoff_hz exp(-z^2 / 2) times a second (Rice 1945, Bell Syst Tech J 24:46-156), z is that of Student's
     t, since the sd follows from the n parts of 25 ms of a finite rest, and is enlarged by the skewness of
-    a gamma variable, which rectified EMG does not exceed.
+    a gamma variable, which rectified EMG does not exceed. That holds for noise with its power above 60 Hz.
 
     A lost sample does not move the envelope. Without any for `lost_ms` the effort is 0. Statuses: `no_rest`,
     `no_contraction`: the calibration failed, and the effort stays 0; `emg_lost`.
@@ -219,7 +221,7 @@ class EmgEffort:
         part_s, w, freedom = _REST_PART_NS / NS_PER_S, 2.0 * math.pi * self.cutoff_hz, parts - 1
         # Of the envelope less the mean of rest: both vary.
         sd = math.sqrt(variance * part_s * (w / 4.0 + 1.0 / (parts * part_s)))
-        rate = self.false_alarms_per_min / 60.0
+        rate = self.false_alarms_per_min / 60.0 / _COLOUR
         z = math.sqrt(freedom * ((self.cutoff_hz / rate) ** (2.0 / freedom) - 1.0))
         skewed = (z * z - 1.0) * sd / (3.0 * mean) if mean > 0.0 and z > 1.0 else 0.0
         return sd * (z + skewed)

@@ -27,7 +27,7 @@ def _parts(known: Known, attempt: str, phase: str) -> Iterator[Part]:
     detections = sorted(name for name in known.signals if name.endswith(".detection"))
     estimate = f"{detections[0].partition('.')[0]}.effort" if detections else ""
     yield Paragraph(text="Effort is a fraction of the greatest that the person can make with the muscle. "
-                         "Marked intervals are attempts; the phase changes where the person triggers it.")
+                         "Numbered intervals are attempts; the phase changes where the person triggers it.")
     for trial in known.trials:
         marks = _attempts(known, attempt, trial)
         if f"{person}.emg" in known.signals and (emg := course(known.recording, f"{person}.emg", trial)):
@@ -64,6 +64,6 @@ def _attempts(known: Known, name: str, trial: int) -> list[Mark]:
     marks = []
     for first, after in pairwise(edges.tolist()):
         if numbers[first] > 0.0:
-            marks.append(Mark(text=f"attempt {int(numbers[first])}", at=float(times_s[first]),
+            marks.append(Mark(text=f"{int(numbers[first])}", at=float(times_s[first]),
                               until=float(times_s[min(after, times_s.size - 1)])))
     return marks
