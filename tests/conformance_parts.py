@@ -48,7 +48,8 @@ def specimens():
         **{kind: {"sensed": ("hand", "F2p", "F2m", "F2d"), **any_initial_pose(kind)}
            for kind in ("salchow_b", "salchow_m1", "salchow_m2")},
         "intention": someone_who_tries(), "emg_effort": {"rest_s": (0.0, 0.2), "contraction_s": (0.2, 0.25)},
-        "triggered_phases": {"phases": a_triggered_grasp(), "hold_ms": 0.0, "refractory_s": 0.0, "preview": 3},
+        "triggered_phases": {"phases": a_triggered_grasp(), "hold_ms": 0.0, "refractory_s": 0.0,
+                             "preview": 3},
         "proportional_posture": {"active_deg": {"finger_flexion": 60.0}, "preview": 3},
         "ideal": {"noise_deg": 0.3, "walk_deg": 0.1}, "error_replay": {"process": an_error_process()},
         "segment_calibration": {"method": "poses", "flat_s": (0.0, 0.1), "flexion_s": (0.1, 0.2),
@@ -122,8 +123,8 @@ def someone_who_tries():
 
     return {"attempts": (Attempt(at_s=0.0, duration_s=0.1, action="extend_wrist"),
                          Attempt(at_s=0.3, duration_s=0.1, muscles=("FCR", "shoulder"))),
-            "elsewhere": {"shoulder": 1.0}, "emg": (EmgElectrode(muscle="ECRL"), EmgElectrode(muscle="shoulder")),
-            "reaction_s": 0.05, "jitter_s": 0.01, "rise_s": 0.05}
+            "emg": (EmgElectrode(muscle="ECRL"), EmgElectrode(muscle="shoulder")),
+            "elsewhere": {"shoulder": 1.0}, "reaction_s": 0.05, "jitter_s": 0.01, "rise_s": 0.05}
 
 
 def a_short_reach():

@@ -154,7 +154,7 @@ class Intention:
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Intention:
         """This block with the number of wired elements."""
-        return replace(self, elements=shapes["stimulation"][0])
+        return replace(self, elements=shapes["stimulation"][0]) if self.inputs else self
 
     @property
     def outputs(self) -> tuple[Port, ...]:

@@ -275,7 +275,8 @@ def glances(kind, block):
 
 CHECKS = {NeedsStillness: needs_stillness, Designs: designs, Learns: learns, Resolves: resolves,
           ExplainsInputs: explains_inputs, Warns: warns, HasClock: has_clock,
-          Delays: delays, LimitsAge: limits_age, Captures: captures, Guarded: guarded, Interlocks: interlocks, Ignores: ignores,
+          Delays: delays, LimitsAge: limits_age, Captures: captures, Guarded: guarded,
+          Interlocks: interlocks, Ignores: ignores,
           AdvancesThrough: advances_through, Reports: reports, Glances: glances}
 CHECKED_ELSEWHERE = {
     "Observes": "above", "Linear": "tests/models/test_linear_form.py", "Closes": "tests/loop/test_devices.py",
