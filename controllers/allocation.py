@@ -22,6 +22,9 @@ from fesloop.models.linear_model import LinearModel, Recruitment
 Array = NDArray[np.float64]
 SQRT_HALF = math.sqrt(0.5)
 SQRT_TWO_PI = math.sqrt(2.0 * math.pi)
+LEAST_FRACTION = 1e-6
+"""Drive up to which there is no pulse: no muscle has a million axons, programmes are solved to 1e-6, and a
+drive that rounding leaves at 1e-17 in place of 0 would be a pulse of some us (chosen)."""
 LEAST_REACH = 0.01
 """Fraction of a muscle that its channel must be able to recruit (chosen: less shows a wrong current)."""
 
@@ -181,7 +184,7 @@ def allocate(table: Array, drive: Array, pulses: Array) -> int:
         elif v >= 1.0:
             width = longest
             saturated += 1
-        elif v > 0.0:
+        elif v > LEAST_FRACTION:
             effective_ma = table[i, 3] * math.exp(table[i, 4] * normal_quantile(v))
             room = 1e3 * current - effective_ma
             width = table[i, 5] * effective_ma / room if room > 0.0 else longest

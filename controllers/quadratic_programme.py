@@ -227,7 +227,9 @@ def settle(
 SolverName = Literal["daqp", "osqp"]
 SOLVERS: dict[str, type[Solver]] = {"daqp": DaqpSolver, "osqp": OsqpSolver}
 _EMPTY = np.empty(0)
-_SLACK = 10.0
+DEFAULT_TOLERANCE, DEFAULT_ITERATIONS, DEFAULT_REFRESH = 1e-6, 4000, 128
+"""Tolerance, iterations and solves between restarts of a `Qp`, if not given."""
+SLACK = 10.0
 """Accepted constraint violation in units of the tolerance: solvers bound it in scaled norms of their own."""
 
 
@@ -277,8 +279,9 @@ class Qp:
     __slots__ = ("_centred", "_hessian", "_last", "_log", "_options", "_rows", "_shifts", "_size", "_solver",
                  "_sparse_rows", "_start")
 
-    def __init__(self, hessian: Array, rows: Array, *, solver: SolverName = "daqp", tolerance: float = 1e-6,
-                 max_iterations: int = 4000, refresh: int = 128, centred: bool = False) -> None:
+    def __init__(self, hessian: Array, rows: Array, *, solver: SolverName = "daqp",
+                 tolerance: float = DEFAULT_TOLERANCE, max_iterations: int = DEFAULT_ITERATIONS,
+                 refresh: int = DEFAULT_REFRESH, centred: bool = False) -> None:
         hessian, rows = _checked_matrices(hessian, rows)
         if solver not in SOLVERS:
             raise InputError("solver", f"{solver!r}", ", ".join(SOLVERS))
@@ -361,7 +364,7 @@ class Qp:
             finite, broken = settle(x, lower, upper, *self._sparse_rows)
             if not finite:
                 outcome = "non_finite"
-            elif broken > _SLACK * self._options[1]:
+            elif broken > SLACK * self._options[1]:
                 outcome = "inaccurate"
         if outcome != "":
             self._restart(Start(np.zeros(self.size), np.zeros(self.constraints)))
@@ -455,7 +458,7 @@ def solve_sparse(
         compressed = sparse.csr_matrix(rows)
         finite, broken = settle(x, lower, upper, compressed.indptr.astype(np.int64),
                                 compressed.indices.astype(np.int64), compressed.data.astype(np.float64))
-        outcome = "non_finite" if not finite else "inaccurate" if broken > _SLACK * tolerance else ""
+        outcome = "non_finite" if not finite else "inaccurate" if broken > SLACK * tolerance else ""
     if outcome:
         return QpResult(outcome, _EMPTY, _EMPTY, iterations)
     return QpResult("solved", x, multipliers, iterations)

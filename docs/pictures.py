@@ -89,6 +89,7 @@ SHOTS = {
     "identify_patient": Shot(drawn="courses"),
     "identify_grasp": Shot(drawn="courses"),
     "identify_key": Shot(drawn="courses"),
+    "sweep_grasp": Shot(drawn="courses"),
     "recruitment_sweep": Shot(drawn="arrays", settings=("elements=[16, 43]", "duration_s=8"), at_s=(2.75,)),
     "array_search_gp": Shot(drawn="search"),
     "array_search_two_phase": Shot(drawn="search"),

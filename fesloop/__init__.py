@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fesloop.apps.functions import film, identify, report, run, study
+    from fesloop.apps.functions import export_block, film, identify, report, run, study
     from fesloop.errors import FesloopError, InputError, RunError
     from fesloop.experiment.files.parse import load
     from fesloop.experiment.own_blocks import block
@@ -48,6 +48,7 @@ _HOMES = {
     "Wire": "fesloop.loop.wire",
     "Wiring": "fesloop.loop.wiring",
     "block": "fesloop.experiment.own_blocks",
+    "export_block": "fesloop.apps.functions",
     "film": "fesloop.apps.functions",
     "identify": "fesloop.apps.functions",
     "load": "fesloop.experiment.files.parse",
@@ -72,6 +73,7 @@ __all__ = [
     "Wire",
     "Wiring",
     "block",
+    "export_block",
     "film",
     "identify",
     "load",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.hand.anthropometry import PARTS
 from fesloop.hand.grip import require_places
 from fesloop.loop.block import Context, Tick
@@ -19,7 +20,6 @@ from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Sensors, Value
-from plants.checks import require_not_negative, require_positive
 
 Array = NDArray[np.float64]
 

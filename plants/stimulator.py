@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError, did_you_mean
+from fesloop.forms.schema import build, plain, require_positive, require_shape
 from fesloop.loop.abilities import Passage
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns, parse_rate
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Port, Sample, Value
-from plants.checks import MOST_ELEMENTS, require_positive
+from fesloop.models.electrode_arrays import MOST_ELEMENTS, ElectrodeArrays, VirtualElectrode
 
 PresetName = Literal["generation1", "generation2", "generation3"]
 _ROUND_OFF = 1e-9
@@ -144,30 +145,6 @@ Array = NDArray[np.float64]
 _TOLERANCE = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VirtualElectrode:
-    """Elements that share a channel's current.
-
-    Attributes
-    ----------
-    elements: numbers of the elements.
-    shares: fractions of the current, adding up to 1; empty: equal ones.
-    """
-
-    elements: tuple[int, ...]
-    shares: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        if not self.elements or len(set(self.elements)) < len(self.elements) or min(self.elements) < 0:
-            raise InputError("virtual_electrode.elements", f"{self.elements}",
-                             "one or more numbers, each once")
-        if self.shares:
-            require_positive("virtual_electrode", self, "shares")
-            if len(self.shares) != len(self.elements) or abs(sum(self.shares) - 1.0) > _TOLERANCE:
-                raise InputError("virtual_electrode.shares", f"{self.shares}",
-                                 f"{len(self.elements)} numbers, one an element, that add up to 1")
-
-
 def multiplexing(electrodes: Sequence[VirtualElectrode], channels: int, elements: int) -> Array:
     """Fraction of each channel's current in each element, (channels, elements).
 
@@ -216,10 +193,11 @@ def share_out(given: Array, shares: Array, hertz: float, elements: Array) -> Non
 
 @compiled
 def tally(
-    given: Array, shares: Array, hertz: float, area_cm2: float
+    given: Array, shares: Array, hertz: float, area_cm2: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
     """Charge and current density of biphasic pulses (channels, 2), given `hertz` times a second.
 
+    `area_cm2` (elements,): of each element.
     Returns the fields of `Account`. Over a period the mean square of a pulse I, w is 2 I^2 w f: both phases
     count.
     """
@@ -237,7 +215,7 @@ def tally(
                 rate[e] += share * charge_rate[c]
                 density[e] += 2.0 * (share * current) ** 2 * width * hertz
     for e in range(elements):
-        density[e] = 1e3 * math.sqrt(density[e]) / area_cm2
+        density[e] = 1e3 * math.sqrt(density[e]) / area_cm2[e]
     return charge, charge_rate, most, rate, density
 
 
@@ -266,7 +244,7 @@ class StimulatorState:
     ----------
     limits: ranges of the device; constant.
     hertz: stimulation frequency.
-    area_cm2: area of an element.
+    area_cm2: (elements,), area of each element; constant.
     latency_ns: latency from a command to its pulses.
     shares: (channels, elements), present multiplexing; never written to.
     command: (channels, 2), present command; never written to.
@@ -280,7 +258,7 @@ class StimulatorState:
 
     limits: Limits
     hertz: float
-    area_cm2: float
+    area_cm2: Array
     latency_ns: int
     shares: Array
     command: Array
@@ -295,7 +273,7 @@ class StimulatorState:
 
     @classmethod
     def of(
-        cls, limits: Limits, hertz: float, area_cm2: float, latency_ns: int, shares: Array
+        cls, limits: Limits, hertz: float, area_cm2: Array, latency_ns: int, shares: Array
     ) -> StimulatorState:
         """State before the first command."""
         channels = len(shares)
@@ -383,7 +361,8 @@ class Stimulator:
     frequency_hz: stimulation frequency, an exact rate.
     charge_max_uc: the user's limit of a phase's charge (chosen: that of the `safety` block).
     load_ohm: load that limits the current of the compliance voltage (chosen: the 500 ohm of IEC 60601-2-10).
-    element_area_cm2: area of an element, for current density (chosen: a disc of 7 mm radius).
+    element_area_cm2: area of an element, for current density (chosen: a disc of 7 mm radius), or one for each
+        element.
     current_max_ma, current_step_ma, width_min_us, width_max_us, width_step_us: range and resolution.
     latency_ms: latency from a command to its pulses.
     compliance_v: the device's greatest voltage, at most 500 (IEC 60601-2-10).
@@ -396,7 +375,7 @@ class Stimulator:
     frequency_hz: str = "40"
     charge_max_uc: float = 20.0
     load_ohm: float = 500.0
-    element_area_cm2: float = 1.54
+    element_area_cm2: float | tuple[float, ...] = 1.54
     current_max_ma: float | None = None
     current_step_ma: float | None = None
     width_min_us: float | None = None
@@ -430,8 +409,39 @@ class Stimulator:
         self._require_frequency()
         if self.elements > MOST_ELEMENTS:
             raise InputError("stimulator.elements", f"{self.elements}", f"at most {MOST_ELEMENTS}")
+        if isinstance(self.element_area_cm2, tuple):
+            require_shape("stimulator", self, (self.elements,), "one an element", "element_area_cm2")
         if self.channels or self.electrodes:
             multiplexing(self.electrodes, self.channels or len(self.electrodes), self.elements)
+
+    @classmethod
+    def for_arrays(cls, arrays: ElectrodeArrays, own: Mapping[str, Any], wired: Collection[str]
+                   ) -> dict[str, Any]:
+        """Number and area of the elements, and those of each channel where the multiplexing has no wire."""
+        found = {"elements": arrays.elements, "element_area_cm2": plain(arrays.areas_cm2)}
+        if "multiplexing" in wired:
+            return found
+        given = build(tuple[VirtualElectrode, ...], own.get("electrodes", ()), {}, "electrodes")
+        if isinstance(arrays.channels, tuple):
+            if given and not arrays.channels:
+                raise InputError("channels", "is missing: the experiment's channels have elements of other "
+                                 f"arrays, {', '.join('+'.join(map(str, each.elements)) for each in given)}",
+                                 'a list of virtual electrodes, one a channel, or "nearest"', "add it")
+            return found | ({"electrodes": plain(arrays.channels)} if arrays.channels else {})
+        if not given:
+            raise InputError("channels", '"nearest": the experiment names no elements',
+                             "a list of virtual electrodes, one a channel")
+        return found | {"electrodes": plain(arrays.in_place_of(given))}
+
+    def of_arrays(self) -> list[tuple[str, str]]:
+        """Number and area of the elements, and the elements of each channel."""
+        areas = sorted({float(area) for area in np.atleast_1d(self.element_area_cm2)})
+        rows = [("elements", f"{self.elements}, of {' or '.join(f'{area:.3g}' for area in areas)} cm2")]
+        for channel, electrode in enumerate(self.electrodes):
+            shares = f", shares {', '.join(f'{each:.3g}' for each in electrode.shares)}"
+            rows.append((f"channel {channel}", f"element {'+'.join(map(str, electrode.elements))}"
+                         + shares * bool(electrode.shares)))
+        return rows
 
     def _require_frequency(self) -> None:
         device, hertz = PRESETS[self.preset], parse_rate(self.frequency_hz, "stimulator.frequency_hz")
@@ -494,8 +504,9 @@ class Stimulator:
     def init(self, context: Context) -> StimulatorState:
         """State before the first command."""
         latency_ns = duration_ns(self.latency_ms or 0.0, NS_PER_MS, "stimulator.latency_ms")
-        return StimulatorState.of(self.limits, float(Fraction(self.frequency_hz)), self.element_area_cm2,
-                                  latency_ns, self.shares)
+        area_cm2 = np.array(np.broadcast_to(self.element_area_cm2, self.elements), dtype=np.float64)
+        return StimulatorState.of(self.limits, float(Fraction(self.frequency_hz)), area_cm2, latency_ns,
+                                  self.shares)
 
     def step(self, state: StimulatorState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses of one slot."""

@@ -21,6 +21,7 @@ import numpy as np
 
 SHORT = {"grasp_ilc": ["trials=2"], "open_close_ilc": ["trials=2"], "tracker_hour": ["duration_s=60"],
          "identify_grasp": ["duration_s=30"], "identify_key": ["duration_s=30"],
+         "sweep_grasp": ["experiment.duration_s=20"],
          "identify_patient": ["experiment.duration_s=30"],
          "array_search_gp": ["duration_s=40"], "fatigue": ["experiment.duration_s=30"],
          "array_search_exhaustive": ["experiment.duration_s=40"], "finger_ilc": ["experiment.trials=3"],

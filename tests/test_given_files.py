@@ -5,12 +5,12 @@ import signal
 
 import pytest
 
-from controllers.reference.file import read_courses
 from fesloop import load
 from fesloop.analysis.study import load as load_results
 from fesloop.analysis.study.design.study_file import read_study
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
+from fesloop.experiment.angle_courses import read_courses
 from fesloop.experiment.export import export
 from fesloop.experiment.export.target import published
 from fesloop.experiment.recording.reading import Recording

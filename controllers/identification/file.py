@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from controllers.allocation import Allocation
 from controllers.identification.dynamics import Method
 from controllers.identification.patient_model import IdentificationRecord, Identified, identify
+from controllers.identification.sweep import SweepIdentified, identify_sweep
 from fesloop.errors import InputError
 from fesloop.experiment.files.patients import describe, patient_fingerprint
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.models.electrode_arrays import arrays_in_words
 from fesloop.models.patient_model import RECRUITMENT, PatientModel, electrodes_in_words
 
 Array = NDArray[np.float64]
@@ -52,13 +54,16 @@ class RecordingIdentified:
                 "usable": model.usable, "weaknesses": model.weaknesses()}
 
 
-def identify_recording(path: str, *, measured: str = "", method: Method = "subspace") -> RecordingIdentified:
+def identify_recording(
+    path: str, *, measured: str = "", method: Method = "subspace"
+) -> RecordingIdentified | SweepIdentified:
     """Identify the model of a recording's patient.
 
     Parameters
     ----------
-    path: recording with a block of kind `excitation`; the output of a `safety` block, if there is one, counts
-        as the stimulation.
+    path: recording with a block of kind `excitation`, or `element_sweep`, from which elements are chosen, too
+        (`controllers.identification.elements`); the output of a `safety` block, if there is one, counts as
+        the stimulation.
     measured: signal to be predicted; empty: that of the first `synergies` block by name.
     method: method of `controllers.identification.dynamics`.
 
@@ -66,18 +71,24 @@ def identify_recording(path: str, *, measured: str = "", method: Method = "subsp
     """
     with Recording(path) as recording:
         blocks = recording.experiment["blocks"]
+        sweep = _first(blocks, "element_sweep")
+        if sweep and not _first(blocks, "excitation"):
+            signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"
+            return identify_sweep(recording, sweep, _first(blocks, "safety") or sweep, signal,
+                                  _names(blocks, signal))
         excitation = _known(path, blocks, "excitation", "run identify_patient")
         source = _first(blocks, "safety") or excitation
         signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"
         record = read_record(recording, excitation, source, signal, _names(blocks, signal))
         found = identify(record, method=method)
-        stimulator = _first(blocks, "stimulator")
+        stimulator, electrodes = _first(blocks, "stimulator"), _first(blocks, "electrodes")
         choice = recording.experiment.get("patient")
         model = PatientModel(
             patient=describe(choice) if choice else "",
             patient_fingerprint=patient_fingerprint(choice) if choice else "",
             source=f"{recording.name} {recording.fingerprint[:12]} {signal}", outputs=record.outputs,
             electrodes=electrodes_in_words(blocks[stimulator] if stimulator else None, record.channels),
+            arrays=arrays_in_words(blocks[electrodes] if electrodes else None),
             current_ma=tuple(round(value, 9) for value in found.current_ma), rate=blocks[excitation]["rate"],
             model=found.model, operating_drive=found.operating_drive,
             operating_outputs=found.operating_outputs,

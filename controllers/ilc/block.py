@@ -47,7 +47,7 @@ def note(seen: SeenTrial, latch: StatusLatch, k: int, inputs: Sequence[Sample], 
 
 
 Report = tuple[str, str]
-_WORSE, _FAR_WORSE = 1.5, 2.0
+WORSE, FAR_WORSE = 1.5, 2.0
 """Ratio to the least error above which a trial counts as worse if the error has grown, and in any case
 (chosen)."""
 
@@ -75,7 +75,7 @@ class Progress:
         self.errors.append(error)
         if error < least:
             self.best = drives
-        worse = error > _FAR_WORSE * least or error > max(_WORSE * least, before)
+        worse = error > FAR_WORSE * least or error > max(WORSE * least, before)
         self.worse = self.worse + 1 if worse else 0
         self.stopped = 0 < stop_after <= self.worse
         if not self.stopped:

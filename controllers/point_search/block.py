@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import cast, get_args
+from typing import Any, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.noise import stream_key
 from fesloop.loop.signals import Port, Sample, Value, is_finite
+from fesloop.models.electrode_arrays import USUAL, ElectrodeArrays
 
 Array = NDArray[np.float64]
 REPEATS = 2
@@ -96,6 +97,9 @@ class PointSearch:
         if self.earlier.movement != movement_text(own):
             raise InputError("earlier", f"is a search for {self.earlier.movement or 'no movement'}",
                              f"one for {movement_label(self.movement)}")
+        usual = tuple(array.layout for array in USUAL)
+        if (self.earlier.layouts or usual) != self.space.layouts:
+            raise InputError("earlier", "is a search of other arrays", "a search with the same arrays")
         electrodes = set(self.space.electrodes)
         if not any(each.elements in electrodes for each in self.earlier.responses):
             raise InputError("earlier", "tried no electrode of these arrays", "a search with the same arrays")
@@ -123,6 +127,18 @@ class PointSearch:
     def passages(self, context: Context) -> tuple[Passage, ...]:
         """Inputs have an effect once the query is over."""
         return (Passage(inputs=("angles", "angle_sd"), later="once its query is over"),)
+
+    @classmethod
+    def for_arrays(cls, arrays: ElectrodeArrays, own: Mapping[str, Any], wired: Collection[str]
+                   ) -> dict[str, Any]:
+        """The places of the elements."""
+        return {"space": {"layouts": [plain(array.layout) for array in arrays.arrays]}}
+
+    def of_arrays(self) -> list[tuple[str, str]]:
+        """Number of candidates of the search."""
+        single = sum(len(each) == 1 for each in self.space.electrodes)
+        return [("candidates", f"{single} elements and {len(self.space.electrodes) - single} pairs side by "
+                 f"side, up to {self.space.current_max_ma:g} mA")]
 
     def init(self, context: Context) -> PointSearchState:
         """State before the first query."""

@@ -10,7 +10,9 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from fesloop.errors import InputError
+from fesloop.forms.schema import plain
 from fesloop.hand.movements import movement_text
+from fesloop.models.electrode_arrays import USUAL, ArrayLayout
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +40,7 @@ class EarlierSearch:
     movement: what was searched for (`fesloop.hand.movements.movement_text`); empty without a search.
     responses: in the order of the queries.
     source: recording that it was read from.
+    layouts: arrays of which it searched the elements; None: the usual ones.
     """
 
     FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({})
@@ -59,10 +62,13 @@ class EarlierSearch:
                           "quality": each.quality} for each in answered(recording, name)]
             if not responses:
                 raise InputError(str(path), "has no answered query", "a search that answered some")
+            layouts = blocks[name]["space"]["layouts"]
             return {"movement": movement_text(blocks[name].get("movement", "")),
                     "responses": responses,
-                    "source": f"{recording.name} {recording.fingerprint[:12]}"}
+                    "source": f"{recording.name} {recording.fingerprint[:12]}",
+                    **({"layouts": layouts} if layouts != plain([array.layout for array in USUAL]) else {})}
 
     movement: str = ""
     responses: tuple[EarlierResponse, ...] = ()
     source: str = ""
+    layouts: tuple[ArrayLayout, ...] | None = None

@@ -12,63 +12,11 @@ from numpy.typing import NDArray
 from controllers.point_search.earlier import EarlierSearch
 from controllers.point_search.prior_zones import Zone
 from fesloop.errors import InputError
+from fesloop.models.electrode_arrays import USUAL, USUAL_RADIUS_MM, ArrayLayout
 
 Array = NDArray[np.float64]
 Electrode = tuple[int, ...]
 """Elements of a virtual electrode, ascending."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ArrayLayout:
-    """Grid of elements of an array, seen from outside.
-
-    Elements are numbered along the forearm first: element r * columns + c is in row r, counted towards the
-    radial side, and column c, counted from the elbow.
-
-    Attributes
-    ----------
-    rows, columns: numbers around the forearm and along it.
-    pitch_mm: distances from row to row and from column to column, on the skin.
-    centre_deg, centre_mm: centre of the grid: angle from the dorsal mid-line towards the radial side, and
-        distance from the elbow.
-    """
-
-    rows: int
-    columns: int
-    pitch_mm: tuple[float, float] = (16.0, 16.0)
-    centre_deg: float = 0.0
-    centre_mm: float = 106.0
-
-    def __post_init__(self) -> None:
-        if min(self.rows, self.columns) < 1:
-            raise InputError("layout", f"{self.rows} rows, {self.columns} columns", "one or more each")
-        if len(self.pitch_mm) != 2 or not all(isfinite(pitch) and pitch > 0.0 for pitch in self.pitch_mm):
-            raise InputError("layout.pitch_mm", f"{self.pitch_mm}", "two finite distances above 0")
-        if not (isfinite(self.centre_deg) and isfinite(self.centre_mm)):
-            raise InputError("layout", f"centre at {self.centre_deg} deg, {self.centre_mm} mm",
-                             "finite numbers")
-
-    @property
-    def elements(self) -> int:
-        """Number of elements."""
-        return self.rows * self.columns
-
-    def places(self, radius_mm: float) -> Array:
-        """Position of each element around the forearm and along it, mm, (elements, 2)."""
-        row, column = np.divmod(np.arange(self.elements), self.columns)
-        around = np.radians(self.centre_deg) * radius_mm + (row - 0.5 * (self.rows - 1)) * self.pitch_mm[0]
-        along = self.centre_mm + (column - 0.5 * (self.columns - 1)) * self.pitch_mm[1]
-        return np.stack([around, along], axis=-1)
-
-    def neighbours(self) -> list[tuple[int, int]]:
-        """Pairs of elements side by side, along and around."""
-        return [(one, other) for one in range(self.elements) for other in (one + 1, one + self.columns)
-                if other < self.elements and (other != one + 1 or other % self.columns)]
-
-
-# The 59 elements of doi 10.3390/s19010208 as `electrodes` has them: dorsal and volar.
-DORSAL = ArrayLayout(rows=5, columns=7)
-VOLAR = ArrayLayout(rows=4, columns=6, centre_deg=175.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,8 +40,8 @@ class SearchSpace:
     earlier: what a search of another day found out, as `point_search` has it.
     """
 
-    layouts: tuple[ArrayLayout, ...] = (DORSAL, VOLAR)
-    radius_mm: float = 40.0
+    layouts: tuple[ArrayLayout, ...] = tuple(array.layout for array in USUAL)
+    radius_mm: float = USUAL_RADIUS_MM
     currents_ma: tuple[float, ...] = (8.0, 12.0, 16.0, 20.0, 25.0, 30.0)
     width_us: float = 300.0
     pairs: bool = True
@@ -143,7 +91,7 @@ class SearchSpace:
         """Pairs of usable elements side by side."""
         usable, first, pairs = set(self.usable), 0, []
         for layout in self.layouts:
-            pairs += [(first + one, first + other) for one, other in layout.neighbours()]
+            pairs += [(first + one, first + other) for one, other in layout.neighbours(self.radius_mm)]
             first += layout.elements
         return [pair for pair in pairs if usable.issuperset(pair)]
 

@@ -18,8 +18,8 @@ from controllers.reference.course import (
     require_in_range,
     require_preview,
 )
-from controllers.reference.file import NamedCourses, read_courses
 from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.angle_courses import NamedCourses, read_courses
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Sample, Value
@@ -32,8 +32,9 @@ Array = NDArray[np.float64]
 class Recorded:
     """Samples of a file with straight lines between them, constant before the first and after the last.
 
-    The file is a recording of fesloop (.h5), or a CSV, NPZ or MATLAB 5 file with `time_s` or `time_ms` and a
-    column `ROW_deg` or `ROW_rad` for each row. At t the reference is the file's at
+    The file is a recording of fesloop (.h5), a file of OpenSim (.mot, .sto), or a CSV, NPZ or MATLAB 5 file
+    with `time_s` or `time_ms` and a column `ROW_deg` or `ROW_rad` for each row. At t the reference is the
+    file's at
 
         start_s + (t - shift_s) / stretch      after its first instant.
 

@@ -1,4 +1,4 @@
-"""Functions of the commands of the same names: `fesloop.run`, `study`, `report`, `film`, `identify`."""
+"""Functions of commands: `fesloop.run`, `study`, `report`, `film`, `identify`, `export_block`."""
 
 from __future__ import annotations
 
@@ -161,3 +161,31 @@ def _path_of(given: Any) -> Path:
     if isinstance(given, (str, Path)):
         return Path(given)
     return Path(getattr(given, "recording", None) or given.path)
+
+
+def export_block(
+    experiment: str | Path | Experiment, block: str, format: Literal["c", "fmu"] = "c",
+    out: str | Path | None = None, *, settings: Settings = (),
+) -> Path:
+    """Write a controller as C sources or as an FMU, as `fesloop export --block` does; return folder or file.
+
+    Parameters
+    ----------
+    experiment: name of a shipped experiment, path of a TOML file or a recording, or an Experiment.
+    block: name of a block of the kind pid, ilc or mpc.
+    format: "c" for a folder of sources, "fmu" for FMI 2.0 co-simulation, which needs a C compiler.
+    out: new folder, or a new file ending in .fmu; None: exports/EXPERIMENT-BLOCK-FORMAT.
+    settings: as in `run`.
+
+    Raises InputError for a block that cannot be exported and a target that exists, RunError if the compiler
+    fails.
+    """
+    from fesloop.experiment.block_code import export_code
+    from fesloop.experiment.files.parse import load
+    from fesloop.experiment.running import Experiment
+
+    if isinstance(experiment, Experiment) and settings:
+        raise InputError("settings", "given with an experiment that is made already",
+                         "settings with a name or a path", "give them to fesloop.load")
+    made = experiment if isinstance(experiment, Experiment) else load(experiment, settings)
+    return export_code(made, block, format, out)[0]

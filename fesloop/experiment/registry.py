@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from fesloop.hand.anthropometry import HandSize
 
 BLOCKS, PATIENTS = "fesloop.blocks", "fesloop.patients"
-IDENTIFIERS, CALIBRATORS = "fesloop.identifiers", "fesloop.calibrators"
+IDENTIFIERS, CALIBRATORS, SYSTEM_IMPORTERS = (
+    "fesloop.identifiers", "fesloop.calibrators", "fesloop.system_importers")
 """Groups of entry points."""
 
 
@@ -218,6 +219,11 @@ def patient_presets() -> dict[str, str]:
 def identifier() -> Callable[..., Any]:
     """The function that identifies a patient's model. Raises InputError if none is installed."""
     return _function(IDENTIFIERS, "identify", "no installed package identifies models")
+
+
+def system_importer() -> Callable[..., Any]:
+    """The function that makes an experiment of an SSP archive. Raises InputError if none is installed."""
+    return _function(SYSTEM_IMPORTERS, "import", "no installed package imports systems of FMUs")
 
 
 def calibrator() -> Callable[..., Any]:

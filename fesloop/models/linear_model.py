@@ -143,7 +143,8 @@ class LinearModel:
     Raises InputError for matrices that do not fit each other or are not finite, and for a delay below 0.
     """
 
-    FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({"any_patient": bool, "any_fit": bool})
+    FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType(
+        dict.fromkeys(("any_patient", "any_fit", "channels"), bool))
     OFFERED_BY: ClassVar[str] = "linear_model"
 
     a: Matrix

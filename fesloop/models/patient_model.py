@@ -46,7 +46,8 @@ _NESTED = list[list[float]]
 _TABLE: Any = closed("PatientModel", {
     "format": Required[str], "patient": Required[str], "source": Required[str],
     "patient_fingerprint": NotRequired[str],
-    "outputs": Required[list[str]], "electrodes": Required[list[str]], "current_ma": Required[list[float]],
+    "outputs": Required[list[str]], "electrodes": Required[list[str]], "arrays": NotRequired[str],
+    "current_ma": Required[list[float]],
     "rate": Required[str], "delay_ms": Required[float],
     "recruitment": Required[closed("Curves", {
         "threshold_ma": Required[list[float]], "spread": Required[list[float]],
@@ -57,6 +58,7 @@ _TABLE: Any = closed("PatientModel", {
     "operating": Required[closed("Operating", {
         "drive": Required[list[float]], "outputs": Required[list[float]]})],
     "fit": Required[dict[str, dict[str, Annotated[float, Field(allow_inf_nan=True)]]]],
+    "closing": NotRequired[list[int]], "grasping": NotRequired[list[int]],
 })
 _FORM = TypeAdapter(_TABLE)
 
@@ -73,13 +75,17 @@ class PatientModel:
         that is not known.
     outputs: names of the m outputs.
     electrodes: of each channel, in words; empty where there is no stimulator.
+    arrays: electrode arrays that it was identified with (`fesloop.models.electrode_arrays.arrays_in_words`);
+        empty for the usual ones.
     current_ma: (channels,), at which pulse widths were modulated.
     rate: of the samples.
     model: recruitment, dynamics and delay, from the controller's pulses to the instants of capture: what
         lies between (safety, stimulator) is in it, the tracker's age is not.
     operating_drive, operating_outputs: (channels,), (m,): mean of the binary part, around which it holds.
     fit: percent by kind of prediction and output, on held-out data; under `recruitment` that of the
-        curves, by channel ("channel 0").
+        curves, by channel ("channel 0"); under `sweep` that of what it was fitted to.
+    closing, grasping: channels that close the hand, and all but those that move the wrist alone; empty where
+        the channels were given.
     """
 
     patient: str
@@ -93,11 +99,18 @@ class PatientModel:
     operating_outputs: Array
     fit: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     patient_fingerprint: str = ""
+    arrays: str = ""
+    closing: tuple[int, ...] = ()
+    grasping: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         model, channels = self.model, len(self.current_ma)
         if model.recruitment is None or model.recruitment.muscles != channels or model.inputs != channels:
             raise InputError("current_ma", f"{channels} channels", f"{model.inputs}, as the model has")
+        for key in ("closing", "grasping"):
+            for channel in getattr(self, key):
+                if not 0 <= channel < channels:
+                    raise InputError(key, f"channel {channel}", f"0 to {channels - 1}")
         if len(self.outputs) != model.outputs:
             raise InputError("outputs", f"{len(self.outputs)} names", f"{model.outputs}, as the model has")
 
@@ -142,12 +155,14 @@ class PatientModel:
             "format": FORMAT, "patient": self.patient,
             **({"patient_fingerprint": self.patient_fingerprint} if self.patient_fingerprint else {}),
             "source": self.source, "outputs": list(self.outputs),
-            "electrodes": list(self.electrodes), "current_ma": list(self.current_ma), "rate": self.rate,
+            "electrodes": list(self.electrodes), **({"arrays": self.arrays} if self.arrays else {}),
+            "current_ma": list(self.current_ma), "rate": self.rate,
             "delay_ms": model.delay_ns / NS_PER_MS,
             "recruitment": plain(model.recruitment),
             "dynamics": {name: plain(getattr(model, name)) for name in ("a", "b", "c", "offset")},
             "operating": {"drive": plain(self.operating_drive), "outputs": plain(self.operating_outputs)},
-            "fit": {kind: dict(row) for kind, row in self.fit.items()}}
+            "fit": {kind: dict(row) for kind, row in self.fit.items()},
+            **{key: list(getattr(self, key)) for key in ("closing", "grasping") if getattr(self, key)}}
 
     def save(self, path: Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
@@ -216,7 +231,8 @@ def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
             electrodes=tuple(table["electrodes"]), current_ma=tuple(table["current_ma"]), rate=table["rate"],
             model=model, fit=table["fit"], operating_drive=np.array(table["operating"]["drive"]),
             operating_outputs=np.array(table["operating"]["outputs"]),
-            patient_fingerprint=table.get("patient_fingerprint", ""))
+            patient_fingerprint=table.get("patient_fingerprint", ""), arrays=table.get("arrays", ""),
+            closing=tuple(table.get("closing", ())), grasping=tuple(table.get("grasping", ())))
     except InputError as fault:
         raise InputError(f"{path}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
 
@@ -237,19 +253,30 @@ def electrodes_in_words(stimulator: Mapping[str, Any] | None, channels: int) -> 
     return tuple(words)
 
 
+def elements_of(word: str) -> tuple[list[int], list[float]]:
+    """Elements and shares of a virtual electrode in words; no shares where all have the same."""
+    elements, _, shares = word.partition(" (")
+    return ([int(each) for each in elements.split("+")],
+            [float(each) for each in shares.rstrip(")").split(", ")] if shares else [])
+
+
 def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> None:
     """Raise InputError naming both where a model is of another patient, other channels or other outputs.
 
     `wanted` has those of `patient` (a model of one day may be used on another), `patient_fingerprint`,
-    `electrodes`, `current_ma` and `outputs` that are known.
+    `arrays`, `electrodes`, `current_ma` and `outputs` that are known.
     """
-    made_for = {"patient": model.patient.partition(_DAY)[0], "electrodes": model.electrodes,
-                "current_ma": model.current_ma, "outputs": model.outputs}
+    made_for = {"patient": model.patient.partition(_DAY)[0], "arrays": model.arrays,
+                "electrodes": model.electrodes, "current_ma": model.current_ma, "outputs": model.outputs}
     now = wanted.get("patient_fingerprint")
     if now and model.patient_fingerprint == now:
         del made_for["patient"]  # the same patient, by whatever path the file is called
     for key, value in made_for.items():
         if key in wanted and wanted[key] != value:
+            if key == "arrays":
+                raise InputError(f"{path}: arrays", f"the model is of {value or 'the usual arrays'}",
+                                 f"{wanted[key] or 'the usual arrays'}, as this experiment has",
+                                 "identify with these arrays: docs/howto/own_array.md")
             raise InputError(f"{path}: {key}", f"the model is of {_words(value)}",
                              f"{_words(wanted[key])}, as this experiment has",
                              "identify this one, or say any_patient = true" if key == "patient"

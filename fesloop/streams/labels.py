@@ -53,6 +53,12 @@ def read_label(label: str, channel_type: str = "") -> Reading | None:
     return _axis_and_sensor(rest.strip(), kinds[0])
 
 
+def quantity_in(label: str) -> Kind | None:
+    """Quantity that a label names, whatever its axis; None for a label of none, or of two."""
+    kinds = {kind for match in _QUANTITY.finditer(label) for kind in _WORDS if match[kind]}
+    return kinds.pop() if len(kinds) == 1 else None
+
+
 def not_understood(labels: Sequence[str]) -> str:
     """Message about channels that are left out, the first of them by their labels; empty for none."""
     more = f" and {len(labels) - _MOST_SHOWN} more" if len(labels) > _MOST_SHOWN else ""
@@ -93,13 +99,22 @@ SI: Mapping[str, str] = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T", "angle": "r
 """The unit of each quantity here."""
 
 
+def is_unit(quantity: str, unit: str) -> bool:
+    """Return whether a unit is one of a quantity's."""
+    return _folded(unit) in _NAMES[quantity]
+
+
+def _folded(unit: str) -> str:
+    return "".join(unit.split()).lower()
+
+
 def factor(quantity: str, unit: str, where: str, remedy: str = "state the unit in a layout") -> float:
     """Factor to SI of numbers of a quantity ("gyr", "acc", "mag", "angle", "time") in a unit.
 
     Case and blanks do not matter. Raises InputError, with the remedy, for a unit that is not known.
     """
     names = _NAMES[quantity]
-    folded = "".join(unit.split()).lower()
+    folded = _folded(unit)
     if folded not in names:
         shown = dict.fromkeys(name for name in names if name.isascii())
         raise InputError(where, f"{unit!r} is no unit of {quantity}" if unit.strip() else "states no unit",

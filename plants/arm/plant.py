@@ -13,6 +13,7 @@ from scipy.special import ndtr
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive, require_shape
 from fesloop.hand.muscle_paths import JOINTS
 from fesloop.loop.block import Context
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, duration_ns
@@ -20,7 +21,6 @@ from fesloop.loop.signals import Port, Value
 from fesloop.models.arm_people import NOBODY, ArmPeople, ArmPerson, StoredArm
 from fesloop.models.arm_responses import FRICTION_NM, ArmResponse, ArmResponses, effective_a
 from fesloop.models.evoked_torque import UNDER_ELECTRODES, Postures, features, muscles_under
-from plants.checks import require_not_negative, require_positive, require_shape
 from plants.muscles.lags import settle_lags
 
 Array = NDArray[np.float64]

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, RunError, did_you_mean
+from fesloop.forms.schema import require_positive
 from fesloop.loop.abilities import Surroundings
 from fesloop.loop.block import Block, Context, Tick
 from fesloop.loop.clock import NS_PER_MS, parse_rate
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from plants.checks import require_positive
 from plants.devices.driver import StimulatorDriver, stated_ms
 from plants.devices.kept_device import KeptDevice
 from plants.devices.messages import Terms

@@ -3,33 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.forms.schema import plain, require_not_negative, require_positive, require_shape
 from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Port, Sample, Value, is_finite
-from plants.checks import require_not_negative, require_positive, require_shape
-from plants.electrodes.arrays import (
+from fesloop.models.electrode_arrays import USUAL, USUAL_RADIUS_MM, ElectrodeArray, ElectrodeArrays
+from plants.electrodes.axons import (
     ALONG,
     AROUND,
     DEPTH,
-    DORSAL,
     MOTOR_POINTS,
     SIZE,
     THRESHOLD,
     TURN,
-    VOLAR,
     AxonScatter,
-    ElectrodeArray,
     MotorPoint,
 )
 
@@ -65,7 +63,7 @@ def field_row(
 
     The field is (unit / (d^2 + r^2 + a^2))^1.5 at depth d and distance r on the unrolled skin, with the pad's
     size a: a greater pad spreads its current. `unit`, mm^2: that sum where the field is 1. `element` (3,),
-    `axons` (axons, 5): see `plants.electrodes.arrays`; `turn`: forearm rotation, rad.
+    `axons` (axons, 5): see `plants.electrodes.axons`; `turn`: forearm rotation, rad.
     """
     pad = element[SIZE] * element[SIZE]
     for i in range(axons.shape[0]):
@@ -142,7 +140,7 @@ class Forearm(NamedTuple):
 
     Attributes
     ----------
-    axons: (axons, 5), in the order of muscles, in neutral rotation; columns as in `plants.electrodes.arrays`.
+    axons: (axons, 5), in the order of muscles, in neutral rotation; columns as in `plants.electrodes.axons`.
     muscles: numbers of the muscles that have axons.
     shares: (axons of a muscle,), share of each in the muscle's force.
     circumference_mm: circumference of the forearm.
@@ -289,12 +287,12 @@ class Electrodes:
     skin_gain: fraction of each element's current that passes the skin; empty: 1.
     """
 
-    arrays: tuple[ElectrodeArray, ...] = (DORSAL, VOLAR)
+    arrays: tuple[ElectrodeArray, ...] = USUAL
     motor_points: tuple[MotorPoint, ...] = MOTOR_POINTS
     axons: AxonScatter = _AXONS
     axon_seed: int | None = None
     threshold: tuple[float, ...] = ()
-    radius_mm: float = 40.0
+    radius_mm: float = USUAL_RADIUS_MM
     length_mm: float = 260.0
     reference_mm: float = 10.0
     reference_pad_mm: float = 7.0
@@ -357,7 +355,7 @@ class Electrodes:
     def places(self) -> Array:
         """Displaced elements (elements, 3): place around the forearm, along it, and size, mm."""
         shift = math.radians(self.shift_deg) * self.radius_mm, self.shift_mm, 0.0
-        return np.concatenate([array.places(self.radius_mm) for array in self.arrays]) + shift
+        return np.concatenate([array.pads(self.radius_mm) for array in self.arrays]) + shift
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -371,6 +369,25 @@ class Electrodes:
     def outputs(self) -> tuple[Port, ...]:
         """Recruitment and frequency of the muscles."""
         return Port("recruitment", (len(MUSCLES),), "1"), Port("frequency", (len(MUSCLES),), "Hz")
+
+    @classmethod
+    def for_arrays(cls, arrays: ElectrodeArrays, own: Mapping[str, Any], wired: Collection[str]
+                   ) -> dict[str, Any]:
+        """The arrays themselves."""
+        return {"arrays": plain(arrays.arrays)}
+
+    def of_arrays(self) -> list[tuple[str, str]]:
+        """Elements of each array, and where they lie on this forearm."""
+        rows, first = [], 0
+        for number, array in enumerate(self.arrays):
+            places = self.places[first:first + array.elements]
+            degrees = np.degrees(places[:, AROUND] / self.radius_mm)
+            rows.append((f"array {number}", f"elements {first} to {first + array.elements - 1}: "
+                         f"{array.in_words()}, pads of {array.pad_mm:g} mm radius, {degrees.min():.0f} to "
+                         f"{degrees.max():.0f} deg, {places[:, ALONG].min():.0f} to "
+                         f"{places[:, ALONG].max():.0f} mm from the elbow"))
+            first += array.elements
+        return rows
 
     def init(self, context: Context) -> ElectrodesState:
         """State with the axons of this person, or of this run."""

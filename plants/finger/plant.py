@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_positive, require_shape
 from fesloop.loop.block import Context
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from fesloop.models.linear_form import ContinuousForm, PlantToControl, uncovered
 from fesloop.models.linear_model import LinearModel, Recruitment
-from plants.checks import require_positive, require_shape
 from plants.finger.dynamics import (
     INDEX_LENGTHS_MM,
     JOINTS,

@@ -89,13 +89,7 @@ def _extract(file: IO[bytes], path: Path) -> Path:
         raise InputError("path", f"{path} is not a zip archive", "an FMU",
                          "export it again, or copy it again if it was cut short") from None
     with archive:
-        for entry in archive.infolist():
-            _check_entry(entry, path)
-        declared = sum(entry.file_size for entry in archive.infolist())
-        most = max(ROOM_BYTES, EXPANSION * file.seek(0, os.SEEK_END))
-        if declared > most:
-            raise InputError("path", f"{path} would unpack to {declared / 1e6:.0f} MB",
-                             f"{most / 1e6:.0f} MB", "zip it again without compression if that is intended")
+        require_safe(archive, path)
         if "modelDescription.xml" not in archive.namelist():
             raise InputError("path", f"{path} contains no modelDescription.xml", "an FMU")
         folder = Path(tempfile.mkdtemp(prefix="fesloop-fmu-"))
@@ -108,6 +102,18 @@ def _extract(file: IO[bytes], path: Path) -> Path:
                                  remedy="copy it again, or make room in the temporary folder") from None
             raise
     return folder
+
+
+def require_safe(archive: zipfile.ZipFile, path: Path) -> None:
+    """Raise InputError for an archive with a file outside its folder, a link, or too much in it."""
+    for entry in archive.infolist():
+        _check_entry(entry, path)
+    declared = sum(entry.file_size for entry in archive.infolist())
+    file = archive.fp
+    most = max(ROOM_BYTES, EXPANSION * file.seek(0, os.SEEK_END)) if file is not None else ROOM_BYTES
+    if declared > most:
+        raise InputError("path", f"{path} would unpack to {declared / 1e6:.0f} MB",
+                         f"{most / 1e6:.0f} MB", "zip it again without compression if that is intended")
 
 
 def _check_entry(entry: zipfile.ZipInfo, path: Path) -> None:

@@ -190,6 +190,21 @@ def read_description(folder: Path, path: Path, requested: Literal["auto"] | Inte
         internal_step_s=float(getattr(part, "fixedInternalStepSize", None) or 0.0), has_sources=sources)
 
 
+def direct_dependencies(folder: Path, path: Path) -> dict[str, tuple[str, ...]] | None:
+    """Inputs that each output depends on at the same instant, by name; None if any does not declare them.
+
+    Raises InputError for an invalid description.
+    """
+    model = _read_xml(folder, path)
+    found: dict[str, tuple[str, ...]] = {}
+    for unknown in model.outputs:
+        if unknown.dependencies is None:
+            return None
+        found[str(unknown.variable.name)] = tuple(
+            str(each.name) for each in unknown.dependencies if each.causality == "input")
+    return found
+
+
 def _read_xml(folder: Path, path: Path) -> Any:
     """Read the description with FMPy."""
     from fmpy.model_description import ValidationError, read_model_description

@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
-import subprocess
-import sysconfig
-import tempfile
-import zipfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError, RunError
+from fesloop.c_code.build import (
+    BASE_UNITS,
+    COMPILERS,
+    find_compiler,
+    fmi_headers,
+    platform,
+    shared_library,
+    write_archive,
+)
+from fesloop.errors import InputError
 from plants.finger.dynamics import JOINTS, MUSCLES, OUTPUTS, FingerEquations
 from plants.finger.plant import Finger
 
-UNITS: dict[str, dict[str, str]] = {
-    "A": {"A": "1"}, "s": {"s": "1"}, "rad": {"rad": "1"}, "rad/s": {"rad": "1", "s": "-1"},
-    "rad/s^2": {"rad": "1", "s": "-2"}, "1": {}}
 _QUANTITY = {"angles": "Angle", "rates": "Rate", "accelerations": "Acceleration", "activation": "Activation"}
 _PARTS = {"angles": JOINTS, "rates": JOINTS, "accelerations": JOINTS, "activation": MUSCLES}
 OUTPUT_UNITS = {"angles": "rad", "rates": "rad/s", "accelerations": "rad/s^2", "activation": "1"}
@@ -121,7 +120,7 @@ def model_description(data: FingerData, guid: str, sources: Sequence[str]) -> by
         for name in sources:
             SubElement(listed, "File", {"name": name})
     units = SubElement(root, "UnitDefinitions")
-    for name, exponents in UNITS.items():
+    for name, exponents in BASE_UNITS.items():
         SubElement(SubElement(units, "Unit", {"name": name}), "BaseUnit", exponents)
     SubElement(root, "DefaultExperiment", {"startTime": "0", "stopTime": "10", "stepSize": "0.001"})
     first = _variables(SubElement(root, "ModelVariables"), data)
@@ -171,12 +170,6 @@ def _structure(parent: Element, data: FingerData, first: dict[str, int]) -> None
 SOURCES = ("fmi2_life.c", "fmi2_variables.c", "fmi2_state.c", "fmi2_model_exchange.c", "fmi2_co_simulation.c",
            "muscle_plant.c", "expm.c")
 HEADERS = ("instance.h", "muscle_plant.h", "expm.h")
-FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
-COMPILERS = ("cc", "gcc", "clang")
-COMPILE = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off",
-           "-Wl,--build-id=none")
-"""Without contraction, results do not depend on whether the processor fuses multiply and add."""
-_PLATFORM = {"linux-x86_64": "linux64", "linux-aarch64": "aarch64-linux"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,27 +215,26 @@ def build_finger_fmu(target: Path, *, finger: Finger | None = None, binary: bool
     if finger.fatigue is not None:
         raise InputError("finger.fatigue", "an exported finger cannot tire", "no fatigue", "remove it")
     guid, files = _source_files(finger)
-    platform, note = "", "binary omitted as requested"
+    system, note = "", "binary omitted as requested"
     if binary is not False:
-        compiler = _compiler()
+        compiler = find_compiler()
         if compiler is not None:
-            platform = _platform()
-            files[f"binaries/{platform}/finger.so"] = _compiled(compiler, files)
+            system = platform()
+            files[f"binaries/{system}/finger.so"] = shared_library(compiler, files, SOURCES, "finger")
             note = ""
         else:
             note = f"no C compiler ({', '.join(COMPILERS)}) found: the FMU contains sources only"
             if binary:
                 raise InputError("binary", note, remedy="install gcc, or export sources only")
-    _write_archive(target, files)
-    return FmuBuilt(target, target.stat().st_size, guid, platform, note)
+    write_archive(target, files)
+    return FmuBuilt(target, target.stat().st_size, guid, system, note)
 
 
 def _source_files(finger: Finger) -> tuple[str, dict[str, bytes]]:
     """GUID, and all files of the source FMU by their names in the archive."""
     packaged = resources.files("plants.fmu") / "sources"
     files = {f"sources/{name}": (packaged / name).read_bytes() for name in (*SOURCES, *HEADERS)}
-    fmi = resources.files("fmpy") / "c-code"
-    files |= {f"sources/{name}": (fmi / name).read_bytes() for name in FMI_HEADERS}
+    files |= fmi_headers()
     data = FingerData.of(finger.equations())
     content = hashlib.sha256(plant_data_header(data, "").encode())
     for name in sorted(files):
@@ -251,59 +243,3 @@ def _source_files(finger: Finger) -> tuple[str, dict[str, bytes]]:
     files["sources/plant_data.h"] = plant_data_header(data, guid).encode()
     files["modelDescription.xml"] = model_description(data, guid, SOURCES)
     return guid, files
-
-
-def _compiler() -> str | None:
-    """Path of the first C compiler on the search path."""
-    return next((found for name in COMPILERS if (found := shutil.which(name))), None)
-
-
-def _platform() -> str:
-    """FMI's name of this platform."""
-    system = sysconfig.get_platform()
-    if system not in _PLATFORM:
-        raise InputError("binary", f"no binary FMU can be built on {system}", ", ".join(_PLATFORM),
-                         "export sources only")
-    return _PLATFORM[system]
-
-
-@contextmanager
-def _unpacked(files: dict[str, bytes]) -> Iterator[Path]:
-    """A temporary folder with the source files."""
-    with tempfile.TemporaryDirectory(prefix="fesloop-fmu-") as name:
-        folder = Path(name)
-        for path, content in files.items():
-            if path.startswith("sources/"):
-                (folder / path.removeprefix("sources/")).write_bytes(content)
-        yield folder
-
-
-def _compiled(compiler: str, files: dict[str, bytes]) -> bytes:
-    """Compile the shared library, by relative names, so that its bytes do not depend on the folder."""
-    with _unpacked(files) as folder:
-        command = [compiler, *COMPILE, *SOURCES, "-o", "finger.so", "-lm"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            lines = done.stderr.strip().splitlines() or ["no message"]
-            raise RunError(f"{compiler} failed on the finger's sources: {lines[0]}")
-        return (folder / "finger.so").read_bytes()
-
-
-def _write_archive(target: Path, files: dict[str, Any]) -> None:
-    """Write a zip whose bytes depend on its contents alone; it appears whole or not at all."""
-    partial = target.with_name(f".{target.name}.partial")
-    try:
-        with zipfile.ZipFile(partial, "w") as archive:
-            for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
-                entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.create_system = 3
-                entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
-                archive.writestr(entry, files[name])
-        partial.replace(target)
-    except OSError as fault:
-        raise InputError("target", f"{target} cannot be written: {fault.strerror}",
-                         "a file in a folder that can be written to") from None
-    finally:
-        with suppress(OSError):
-            partial.unlink(missing_ok=True)

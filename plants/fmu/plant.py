@@ -214,6 +214,8 @@ class Fmu:
     step_rate: rate of communication points, Hz.
     interface: interface to use; "auto" prefers co-simulation.
     input_ports, output_ports: ports made of variables; by default formed as in `bind_ports`.
+    held_inputs: names of inputs that keep their start values, so that no port is formed of them; only where
+        `input_ports` are not declared.
     starts: start values of variables, mainly parameters, by name; for an array (FMI 3.0) a number for each
         element, last index fastest. The start value of an input holds until its first message.
     substeps: Runge-Kutta steps of order 8 in a communication step (model exchange only).
@@ -238,6 +240,7 @@ class Fmu:
     interface: Literal["auto", "co_simulation", "model_exchange"] = "auto"
     input_ports: tuple[FmuPort, ...] = ()
     output_ports: tuple[FmuPort, ...] = ()
+    held_inputs: tuple[str, ...] = ()
     starts: dict[str, float | int | bool | str | tuple[float | int | bool, ...]] = field(default_factory=dict)
     substeps: int = 5
     isolate: bool | None = None
@@ -292,10 +295,21 @@ class Fmu:
             raise InputError("isolate", f"{self.isolate}, but {self.path} declares that it can be "
                              "instantiated only once in a process, and each node and trial instantiates it",
                              "true", "remove isolate")
+        for name in self.held_inputs:
+            variable = description.variables.get(name)
+            if self.input_ports or variable is None or variable.causality != "input":
+                raise InputError(
+                    "held_inputs",
+                    f"{name!r} is given beside input_ports"
+                    if self.input_ports
+                    else f"{name!r} is no input of the FMU",
+                    "inputs, where input_ports are not declared",
+                    "remove it: an input that input_ports omit is held",
+                )
         starts = _checked_starts(description, self.starts)
         description = _started(description, starts)
         setup = FmuSetup(
-            description, bind_ports(description, "input", self.input_ports, "input_ports"),
+            description, bind_ports(description, "input", self.input_ports, "input_ports", self.held_inputs),
             bind_ports(description, "output", self.output_ports, "output_ports"),
             starts, grid.period_num, grid.period_den, self.substeps)
         declared_s = description.internal_step_s
@@ -322,7 +336,7 @@ class Fmu:
     @property
     def for_open_inputs(self) -> str:
         """Remedy for an input without a wire."""
-        return "or omit it from input_ports (declare the others): its start value then holds"
+        return "or name its variable in held_inputs, or omit it from input_ports: its start value then holds"
 
     @property
     def grid(self) -> RateClock:

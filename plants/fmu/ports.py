@@ -35,6 +35,7 @@ class FmuPort:
     scale: ratio of the FMU's value to the port's, such as 57.29577951308232 for an FMU in degrees; one for
         all elements, or one for each place of the last index, such as [1e3, 1e6] for mA and us. Default: 1,
         or the ratio by the FMU's unit definitions if its units differ from the port's.
+    offset: with a scale, what is added: the FMU's value is the port's times the scale, plus the offset.
     sampled: whether the values of an output port hold between samples of the FMU; holding values are then no
         sign of stale outputs.
     """
@@ -44,6 +45,7 @@ class FmuPort:
     shape: tuple[int, ...] = ()
     unit: str = ""
     scale: float | tuple[float, ...] | None = None
+    offset: float = 0.0
     sampled: bool = False
 
 
@@ -70,9 +72,10 @@ class BoundPort:
 
 
 def bind_ports(
-    description: FmuDescription, causality: str, declared: Sequence[FmuPort], where: str
+    description: FmuDescription, causality: str, declared: Sequence[FmuPort], where: str,
+    held: Sequence[str] = (),
 ) -> tuple[BoundPort, ...]:
-    """Make ports for the inputs or outputs of an FMU.
+    """Make ports for inputs or outputs of an FMU, but for variables that are `held` at their start values.
 
     If none are declared, each numeric variable becomes a port; `u[1]`, `u[2]`, ... or `m[1,1]`, `m[1,2]`, ...
     are joined into one array port `u` or `m`; a dot or bracket in a name becomes an underscore. If the units
@@ -90,7 +93,8 @@ def bind_ports(
         ports = tuple(
             _declared(description, causality, each, f"{where}[{i}]") for i, each in enumerate(declared))
     else:
-        ports = tuple(_automatic(_numeric(description, causality), where))
+        free = [variable for variable in _numeric(description, causality) if variable.name not in held]
+        ports = tuple(_automatic(free, where))
     names = [bound.port.name for bound in ports]
     for name in names:
         if names.count(name) > 1:
@@ -144,6 +148,8 @@ def _conversion(variables: Sequence[FmuVariable], shape: tuple[int, ...], declar
     """Scales and offsets of a declared port's elements: as declared, or by the units."""
     columns = (shape or (1,))[-1]
     elements = [variable for variable in variables for _ in range(variable.size)]
+    if not math.isfinite(declared.offset):
+        raise InputError(f"{where}.offset", f"{declared.offset}", "a finite number")
     if declared.scale is not None:
         given = declared.scale if isinstance(declared.scale, tuple) else (declared.scale,)
         if not all(math.isfinite(scale) and scale != 0.0 for scale in given):
@@ -155,7 +161,10 @@ def _conversion(variables: Sequence[FmuVariable], shape: tuple[int, ...], declar
         if named is not None and not declared.unit and set(given) != {1.0}:
             raise InputError(f"{where}.unit", f"is not given, but the scale converts {named.name!r} from its "
                              f"unit {named.unit!r}", "the unit of the scaled values")
-        return tuple(np.resize(given, len(elements)).tolist()), (0.0,) * len(elements)
+        return tuple(np.resize(given, len(elements)).tolist()), (declared.offset,) * len(elements)
+    if declared.offset:
+        raise InputError(f"{where}.offset", f"{declared.offset:g} is given without a scale", "both, or none",
+                         "add scale = 1.0 if units are equal")
     units = declared.unit.split(",")
     units = units if len(units) == columns else [declared.unit]
     pairs = [_converted(variable, units[place % len(units)], where)

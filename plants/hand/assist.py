@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.hand.segments import SegmentTree
 from fesloop.loop.clock import NS_PER_S
-from plants.checks import require_not_negative, require_positive
 from plants.hand.model import require_posture
 
 Array = NDArray[np.float64]

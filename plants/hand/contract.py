@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError, RunError
+from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS, PARTS
 from fesloop.hand.motion import STANDARD_GRAVITY
@@ -19,7 +20,6 @@ from fesloop.hand.movements import FREEDOMS, MUSCLES, SEGMENTS
 from fesloop.hand.segments import AXES, MOTIONS
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import Port, Value
-from plants.checks import require_not_negative, require_positive
 from plants.hand.assist import Hold
 from plants.hand.model import PALM
 from plants.hand.scene import GraspObject, Table, give

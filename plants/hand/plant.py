@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import SegmentTree
@@ -20,7 +21,6 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
-from plants.checks import require_not_negative
 from plants.hand.assist import Assistance, Hold, add_hold, require_time
 from plants.hand.contract import (
     PALM_DOWN,

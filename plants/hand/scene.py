@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.loop.clock import NS_PER_S
-from plants.checks import require_not_negative, require_positive
 from plants.hand.model import OBJECT, SKIN_SOLIMP, SKIN_SOLREF, TABLE, TOUCHES
 
 Array = NDArray[np.float64]

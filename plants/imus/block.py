@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError, did_you_mean
+from fesloop.forms.schema import require_not_negative, require_shape
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics_kernels import turned
 from fesloop.hand.quaternion_kernels import conjugate
@@ -23,7 +24,6 @@ from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.signals import Sensors as StatedSensors
 from fesloop.loop.wire import least_burst, transition_probabilities
-from plants.checks import require_not_negative, require_shape
 from plants.imus.device import ACC, KINDS, MAG, PRESETS, Device, PresetName, TriadErrors, rotations
 from plants.imus.disturbances import (
     NO_STIMULATION,

@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive, require_shape
 from fesloop.hand.kinematics_kernels import turned
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.signals import Sample
-from plants.checks import require_not_negative, require_positive, require_shape
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive, require_shape
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from plants.checks import require_not_negative, require_positive, require_shape
 from plants.finger.dynamics import INDEX_LENGTHS_MM
 from plants.imus.device import rotations
 

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.abilities import Passage, Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.noise import NoiseStream
 from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
-from plants.checks import require_not_negative, require_positive
 from plants.intention.emg import STATES, EmgElectrode, Shaping, require_band, shaping
 from plants.intention.script import Attempt, Course, marks, require_order
 from plants.muscles.patient_drive import greatest_efforts

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 from fesloop.errors import InputError
-from plants.checks import require_not_negative, require_positive
+from fesloop.forms.schema import require_not_negative, require_positive
 
 Array = NDArray[np.float64]
 STATES = 3

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_positive, require_shape
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
 from fesloop.models.linear_form import ContinuousForm, PlantToControl, uncovered
 from fesloop.models.linear_model import LinearModel, Recruitment, continuous_matrices
-from plants.checks import require_positive, require_shape
 from plants.linear.system import HeldLinearSystem, step_held
 
 if TYPE_CHECKING:

@@ -24,6 +24,7 @@ from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.noise import stream_key
 from fesloop.loop.signals import Port, Value
 from plants.moving_hand.path import MotionPath, Span, motion_path, spans_of
+from plants.moving_hand.recorded import RecordedAngles, recorded_path
 from plants.moving_hand.script import Phase, length_s
 from plants.moving_hand.scripts import MotionScript, script
 
@@ -145,6 +146,13 @@ class Wearer(NamedTuple):
 @lru_cache(maxsize=4)
 def _path(plant: MovingHand, key: int) -> MotionPath:
     """Path by a random key; kept, as a rehearsal and the run need the same."""
+    if plant.recorded is not None:
+        tree, generator = hand_tree(plant.hand), _generator(key)
+        rest = np.zeros(len(tree.freedoms))
+        for name, angle in plant.posture_at_start().items():
+            rest[tree.freedom(name)] = math.radians(angle)
+        rest += math.radians(plant.rest_sd_deg) * generator.standard_normal(rest.size)
+        return recorded_path(plant.recorded, tree, rest, 1e-3 * plant.knot_ms)
     return motion_path(plant.chosen_script().phases, hand_tree(plant.hand), plant.hand,
                        plant.posture_at_start(), _generator(key), 1e-3 * plant.knot_ms, plant.rest_sd_deg,
                        plant.repeat_sd_deg)
@@ -182,6 +190,7 @@ class MovingHand:
     hand: the hand itself, with its own lengths and joint axes.
     script: name of a script (`plants.moving_hand.scripts`), or empty.
     phases: a script of one's own; after it the hand does not move.
+    recorded: joint angles of a file, in place of a script.
     rest_deg: posture at its start, by freedom; others are 0.
     pose_error_deg: error of the posture at the start, by freedom, the same in every trial.
     rest_sd_deg: sd of the error of each angle at the start, random by trial.
@@ -194,6 +203,7 @@ class MovingHand:
     hand: HandSize = field(default_factory=HandSize)
     script: str = ""
     phases: tuple[Phase, ...] = ()
+    recorded: RecordedAngles | None = None
     rest_deg: dict[str, float] = field(default_factory=dict)
     pose_error_deg: dict[str, float] = field(default_factory=dict)
     rest_sd_deg: float = 0.0
@@ -202,9 +212,12 @@ class MovingHand:
     knot_ms: float = 20.0
 
     def __post_init__(self) -> None:
-        if bool(self.script) == bool(self.phases):
-            found = f"{len(self.phases)} and script {self.script!r}" if self.script else "none"
-            raise InputError("phases", found, "phases, or the name of a script")
+        if bool(self.script) + bool(self.phases) + (self.recorded is not None) != 1:
+            stated = [name for name in ("script", "phases", "recorded") if getattr(self, name)]
+            raise InputError("phases", " and ".join(stated) + " are given" if stated else "none",
+                             "phases, the name of a script, or recorded angles")
+        if self.recorded is not None and self.repeat_sd_deg:
+            raise InputError("repeat_sd_deg", "is given with recorded angles", "none: they do not repeat")
         if self.script and self.rest_deg:
             raise InputError("rest_deg", "is given with a script", "none: the script has its own")
         if not 1.0 <= self.knot_ms <= 1000.0:
@@ -227,7 +240,9 @@ class MovingHand:
 
     @property
     def length_s(self) -> float:
-        """Duration of the script, s."""
+        """Duration of the script, or of the recorded movement, s."""
+        if self.recorded is not None:
+            return self.recorded.length_s
         return length_s(self.chosen_script().phases)
 
     @property

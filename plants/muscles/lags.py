@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.hand.movements import MUSCLES, each_muscle
 from fesloop.loop.clock import NS_PER_S
-from plants.checks import require_not_negative, require_positive
 
 Array = NDArray[np.float64]
 FASTEST_HZ = 100.0

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.hand.movements import MUSCLES, each_muscle, muscle
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.noise import NoiseStream, stream_key
-from plants.checks import require_not_negative, require_positive
 
 Array = NDArray[np.float64]
 EXTENSORS = frozenset({

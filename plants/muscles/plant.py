@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_not_negative, require_positive
 from fesloop.hand.movements import MUSCLES, each_muscle
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
-from plants.checks import require_not_negative, require_positive
 from plants.muscles.ding import Ding2003, Ding2007
 from plants.muscles.lags import (
     NO_FATIGUE,

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.forms.schema import require_positive
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
-from plants.checks import require_positive
 
 Array = NDArray[np.float64]
 _ALL = 1 + len(MUSCLES)

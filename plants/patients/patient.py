@@ -26,8 +26,8 @@ from fesloop.hand.anthropometry import (
 from fesloop.hand.movements import EXTRINSIC, FREEDOMS, MUSCLES
 from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.loop.noise import NoiseStream, stream_key
-from plants.checks import MOST_ELEMENTS
-from plants.electrodes.arrays import DORSAL, MOTOR_POINTS, AxonScatter, MotorPoint
+from fesloop.models.electrode_arrays import DORSAL, MOST_ELEMENTS
+from plants.electrodes.axons import MOTOR_POINTS, AxonScatter, MotorPoint
 from plants.muscles.ding import Ding2003, Ding2003Fatigue
 from plants.muscles.lags import Hammerstein
 from plants.muscles.variation import Variation

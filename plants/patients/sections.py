@@ -253,7 +253,7 @@ class Recruitment:
 
     Attributes
     ----------
-    threshold: factor on the thresholds of all axons (their median: `plants.electrodes.arrays`).
+    threshold: factor on the thresholds of all axons (their median: `plants.electrodes.axons`).
     thresholds: further factors for single muscles.
     spread: standard deviation of the logarithm of thresholds within a muscle.
     chronaxie_us: chronaxie of the axons.

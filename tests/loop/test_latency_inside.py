@@ -25,8 +25,9 @@ from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
+from fesloop.models.electrode_arrays import VirtualElectrode
 from plants.electrodes import Electrodes
-from plants.stimulator import PRESETS, Stimulator, VirtualElectrode
+from plants.stimulator import PRESETS, Stimulator
 
 rates = st.one_of(st.sampled_from(["20", "40", "60", "100", "1000/3", "285.714"]),
                   st.fractions(10, 400, max_denominator=97).map(str))

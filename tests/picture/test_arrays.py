@@ -7,10 +7,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Wedge
 
 from fesloop.hand.movements import EXTRINSIC, MUSCLES, muscle
+from fesloop.models.electrode_arrays import ElectrodeArray
 from fesloop.show.picture.arrays import arrays_figure, draw_elements, placed_labels, unrolled
 from fesloop.show.picture.palette import channel_colour
 from plants.electrodes import Electrodes
-from plants.electrodes.arrays import ElectrodeArray
 
 NOTHING = {"recruitment": None, "activation": None, "fitness": None}
 

@@ -13,7 +13,7 @@ MISTAKES = {
     "blocks.hand.repeat_sd_deg=-1.0": "0 to 30 deg",
     "blocks.hand.rest_deg={F2_pip_flexion=10.0}": "is given with a script",
     "blocks.hand.forearm_orientation=[2.0, 0.0, 0.0, 0.0]": "of length 1",
-    'blocks.hand={kind="moving_hand"}': "phases, or the name of a script",
+    'blocks.hand={kind="moving_hand"}': "phases, the name of a script, or recorded angles",
     PHASE % "duration_s=-1.0": "phases[0].duration_s",
     PHASE % "duration_s=1.0, posture_deg={F2_pip=3.0}": "'F2_pip'",
     PHASE % 'duration_s=1.0, contacts=[{first="F1", second="F2 tip"}]': "contacts[0].first",

@@ -18,6 +18,7 @@ from fesloop.experiment.shown import exact_ms, wiring_tables
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.latency import MEANING, LatencyReport, StageSummary
 from fesloop.loop.realtime import is_live
+from fesloop.models.electrode_arrays import FitsArrays
 
 if TYPE_CHECKING:
     from fesloop.analysis.theory.first_answer import FirstAnswer
@@ -39,6 +40,10 @@ def execute(args: Namespace) -> int:
     for number, table in enumerate(wiring_tables(experiment, _patient(experiment))):
         print("\n" * bool(number), end="")
         print_table(table.title, table.columns, table.rows, sys.stdout)
+    arrays = arrays_rows(experiment)
+    if arrays:
+        print()
+        print_table("Electrode arrays", ("node", "", ""), arrays, sys.stdout)
     cautions = _cautions(experiment)
     if cautions:
         print()
@@ -114,6 +119,12 @@ def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
     return found
 
 
+def arrays_rows(experiment: Experiment) -> list[tuple[str, str, str]]:
+    """What follows from the electrode arrays, as (node, what, value); none without arrays."""
+    return [(node.name, *row) for node in experiment.wiring.nodes if isinstance(node.part, FitsArrays)
+            for row in node.part.of_arrays()]
+
+
 def _patient(experiment: Experiment) -> str:
     """The patient in words; empty where there is none."""
     return describe(experiment.patient) if experiment.patient is not None else ""
@@ -128,6 +139,8 @@ def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
         "document": experiment.document(),
         "cautions": [{"node": node, "status": status, "detail": detail}
                      for node, status, detail in _cautions(experiment)],
+        "arrays": [{"node": node, "what": what, "value": value}
+                   for node, what, value in arrays_rows(experiment)],
         "latency": [{"path": path.name, "later": path.later, "covers_s": path.covered_ns / NS_PER_S,
                      "stages": [_stage(stage) for stage in path.summary()],
                      "lanes": [_stage(lane) for lane in path.by_lane()]}

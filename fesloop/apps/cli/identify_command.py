@@ -122,22 +122,32 @@ def _identify_model(args: Namespace) -> int:
     else:
         for weakness in found.model.weaknesses():
             print(f"fesloop: {path}: {weakness}: the model is weak there", file=sys.stderr)
-    print_made("model", path, found.report(), _print, as_json=args.json)
+    report = found.report()
+    for doubt in report.get("doubts", ()):
+        print(f"fesloop: {path}: {doubt}", file=sys.stderr)
+    print_made("model", path, report, _print, as_json=args.json)
     return 0 if usable else 1
 
 
 def _print(report: dict[str, Any]) -> None:
+    missed = report.get("missed_deg", {})
+    if missed:
+        print_table("what the chosen elements leave of each posture, deg", ["output", *missed],
+                    [[name, *(f"{left[name]:+.1f}" for left in missed.values())]
+                     for name in report["outputs"]], sys.stderr)
     kinds = list(report["fit_percent"])
     rows = [[name, *(f"{report['fit_percent'][kind][name]:.1f}" for kind in kinds)]
             for name in report["outputs"]]
-    print_table(f"fit on the {report['held_out_s']:.3g} s held out, %: order {report['order']}, "
-                f"delay {report['delay_ms']:g} ms", ["output", *kinds], rows, sys.stderr)
+    on = "to the sweep" if missed else f"on the {report['held_out_s']:.3g} s held out"
+    print_table(f"fit {on}, %: order {report['order']}, delay {report['delay_ms']:g} ms", ["output", *kinds],
+                rows, sys.stderr)
     rows = [[str(c), row["electrode"], f"{row['current_ma']:g}", f"{row['threshold_us']:.0f}",
              *(f"{row[name]:.2f} {row['at_bound'].get(name, '')}".rstrip() for name in ("half_ma", "spread")),
-             f"{row['fit_percent']:.0f}"]
+             f"{row['fit_percent']:.0f}", *(["yes" if row["grips"] else ""] if missed else [])]
             for c, row in enumerate(report["channels"])]
     print_table("recruitment: threshold at 5 %, half at an effective current", [
-        "channel", "electrode", "mA", "threshold us", "half mA", "spread", "fit %"], rows, sys.stderr)
+        "channel", "electrode", "mA", "threshold us", "half mA", "spread", "fit %",
+        *(["grips"] if missed else [])], rows, sys.stderr)
     if any(row["at_bound"] for row in report["channels"]):
         print("'or more', 'or less': the fit is at the end of the range tried (half: the strongest pulse); "
               "the patient's value may lie beyond", file=sys.stderr)

@@ -202,14 +202,19 @@ def _add_view(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("import", help="write a recording of inertial sensors, or of stimulated "
-                                  "muscle, as a file of fesloop's own")
+                                  "muscle, as a file of fesloop's own, or a system of FMUs as an experiment")
     command.add_argument("source", metavar="SOURCE",
                          help="XDF, Motion-BIDS (folder or *_motion.tsv), MATLAB 5 or 7.3, .npz, a table; of "
-                         "stimulated muscle: .npz of a published set, or TOML that describes tables")
-    command.add_argument("target", metavar="TARGET", nargs="?", help="the file to write, such as motion.h5")
+                         "stimulated muscle: .npz of a published set, or TOML that describes tables; "
+                         "a system of FMUs: .ssp")
+    command.add_argument("target", metavar="TARGET", nargs="?",
+                         help="the file to write, such as motion.h5; of an .ssp a new folder")
     command.add_argument("--out", metavar="TARGET", dest="out", help="the same")
+    command.add_argument("--inspect", action="store_true", help="print streams, rates, gaps and units of "
+                         "SOURCE, and write a layout to start from, as TARGET (SOURCE.layout.toml)")
     command.add_argument("--stimulation", action="store_true", help="SOURCE holds torque, force or movement "
                          "against pulse width and current (docs/howto/stimulation_recordings.md)")
+    command.add_argument("--rate", metavar="HZ", help="of an .ssp: communication points (default: 1000)")
     command.add_argument("--layout", metavar="FILE",
                          help="layout of SOURCE, for files that do not describe themselves; it may "
                          "name further files of the same recording (docs/files.md)")
@@ -222,15 +227,24 @@ def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_export(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("export", help="write a recording in the format of another tool")
-    command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
+    command = commands.add_parser("export", help="write a recording in the format of another tool, or a "
+                                  "controller as C or as an FMU")
+    command.add_argument("recording", metavar="RUN.h5|EXPERIMENT",
+                         help="a file that fesloop run wrote; for a block the name or path of an experiment")
     command.add_argument("--format", required=True, metavar="FORMAT",
-                         help="motion-bids, xdf, mat, mot, sto or csv")
+                         help="motion-bids, xdf, mat, mot, sto or csv; of a block c or fmu")
+    command.add_argument("--block", metavar="NAME", help="block of the experiment: a pid, ilc or mpc")
+    command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
+                         help="change a key of the experiment, as in fesloop run")
     command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: all)")
     command.add_argument("--signals", metavar="A.B,C.D",
                          help="signals (default: all that the format can hold)")
-    command.add_argument("--out", metavar="PATH",
-                         help="new folder or, for one file, its name (default: exports/RUN-FORMAT)")
+    command.add_argument(
+        "--out",
+        metavar="PATH",
+        help="new folder or, for one file, its name (default: exports/RUN-FORMAT, of a block "
+        "exports/EXPERIMENT-BLOCK-FORMAT)",
+    )
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 

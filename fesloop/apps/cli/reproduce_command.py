@@ -17,7 +17,7 @@ from fesloop.apps.reproduce.result import Reproduction, summary_lines
 from fesloop.errors import InputError, did_you_mean
 
 PAPERS = ("kortier2014", "salchow2019", "hour", "array_search", "grasp_ilc", "grasp_trackers", "grasp_mpc",
-          "linear_theory", "error_replay", "people")
+          "three_trials", "linear_theory", "error_replay", "people")
 
 
 def execute(args: Namespace) -> int:

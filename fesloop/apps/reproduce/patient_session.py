@@ -68,8 +68,11 @@ class Session:
 
     def identified(self, experiment: str, folder: Path, settings: Sequence[str] = ()) -> Path:
         """Identify this patient in a shipped experiment through its tracker; return the model file."""
-        recording = self.ran(self.load(experiment, settings), folder)
-        model = folder / "model.toml"
+        return self.model_of(self.ran(self.load(experiment, settings), folder), folder)
+
+    def model_of(self, recording: Path, folder: Path) -> Path:
+        """Identify the patient of a recording; return the model file, written in `folder`."""
+        model = folder / f"{recording.stem}.toml"
         identifier()(str(recording)).model.save(model)
         return model
 

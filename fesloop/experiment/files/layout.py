@@ -18,6 +18,7 @@ from fesloop.forms.schema import Kinds, checked, closed, make, table
 from fesloop.loop.block import is_plant
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
+from fesloop.models.electrode_arrays import ElectrodeArrays
 
 Job = Literal["closed_loop", "array_search", "hardware", "trackers"]
 Need = Literal["extra lsl", "extra myohand", "extra search", "extra stimulator", "a recording", "a run",
@@ -29,8 +30,8 @@ PLAYED = "RECORDING"
 _OF_PLAYED = ("layout", "sensor_set", "pairs", "twin", "trial", "command", "posture", "signal")
 """Settings, aliases or last parts of keys, that reading the played recording may need."""
 _FITS_ERROR = "fesloop fit-error "
-_PATIENT = ("patient", "cohort", "member", "day", "error_scale", "plant", "follow")
-"""Settings that choose the patient whose model is identified, and what it predicts."""
+_PATIENT = ("patient", "cohort", "member", "day", "error_scale", "electrodes.array", "plant", "follow")
+"""Settings that choose the patient whose model is identified, by which arrays, and what it predicts."""
 _TAKES_MODEL = "--set model="
 
 
@@ -115,6 +116,7 @@ def experiment_table(kinds: Kinds) -> Any:
     return closed("Experiment", {
         "experiment": Required[about],
         "patient": NotRequired[CHOICE],
+        "electrodes": NotRequired[_electrodes()],
         "record": NotRequired[table(Record, kinds)],
         "blocks": Required[dict[str, block]],
         "links": NotRequired[dict[str, link]],
@@ -129,7 +131,7 @@ def experiment_table(kinds: Kinds) -> Any:
 
 def option_table() -> Any:
     """Typed dict of an option of a variant: a patch over the file (`fesloop.experiment.files.overlay`)."""
-    tables = dict.fromkeys(("experiment", "patient", "score"), NotRequired[dict[str, Any]])
+    tables = dict.fromkeys(("experiment", "patient", "electrodes", "score"), NotRequired[dict[str, Any]])
     return closed("Option", {
         "description": NotRequired[str],
         "like": NotRequired[str],
@@ -141,6 +143,11 @@ def option_table() -> Any:
         "wires": NotRequired[list[_wire({})]],  # type: ignore[misc]
         "aliases": NotRequired[Aliases],
     })
+
+
+def _electrodes() -> Any:
+    """The table [electrodes]: a file of arrays, or its tables."""
+    return closed("ElectrodesChoice", {"array": Required[str | table(ElectrodeArrays, {})]})
 
 
 def _wire(kinds: Kinds) -> Any:

@@ -26,7 +26,7 @@ BESIDE = ("guide", "variants")
 """Tables of a file that no variant changes, and a file that extends another may."""
 EXTENDING = "said by files that extend others"
 """Key of a document that lists the own tables of each file that it is made of, except the first."""
-PATCHED = ("experiment", "patient", "record", "blocks", "links", "wires", "score", "aliases")
+PATCHED = ("experiment", "patient", "electrodes", "record", "blocks", "links", "wires", "score", "aliases")
 """Tables of a file that a patch may change."""
 ABSENT = object()
 """Marks a path at which a document has no value."""

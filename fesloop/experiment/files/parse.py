@@ -204,9 +204,24 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
     try:
         _require_code(tables)
         kinds = kinds_in(tables)
+        if "electrodes" in tables:
+            return _with_arrays(tables, kinds)
         return _experiment(_filled(_with_movements(tables, kinds), kinds), kinds)
     except InputError as fault:
         raise fault.within(name) from None
+
+
+def _with_arrays(tables: dict[str, Any], kinds: Kinds) -> Experiment:
+    """Make an experiment with a table [electrodes]; faults of what follows from it name that table."""
+    from fesloop.experiment.files.arrays import with_arrays  # most experiments do without
+
+    fitted = with_arrays(tables, kinds)
+    try:
+        filled = _filled(_with_movements(fitted.document, kinds), kinds)
+        fitted.require_apart(filled)
+        return _experiment(filled, kinds)
+    except InputError as fault:
+        raise fitted.explained(fault) from None
 
 
 def _with_movements(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:

@@ -16,10 +16,12 @@ from fesloop.experiment.registry import Patient
 from fesloop.forms.schema import Kinds, ReadsFile, closed, hints_of, plain
 from fesloop.hand.anthropometry import HandSize
 from fesloop.loop.block import is_plant
+from fesloop.models.electrode_arrays import arrays_in_words
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import (
     PatientModel,
     electrodes_in_words,
+    elements_of,
     load_patient_model,
     require_same,
     require_usable,
@@ -159,6 +161,7 @@ def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool =
     loaded: dict[str, Any] = {}
     notes: list[str] = []
     faults: list[InputError] = []
+    document = _with_channels(document)
     for name, table in document["blocks"].items():
         try:
             loaded[name] = _with_model(f"blocks.{name}", table, document, kinds, notes, patient_known)
@@ -169,6 +172,37 @@ def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool =
     if faults:
         raise InputErrors(faults)
     return {**document, "blocks": loaded, **_noted(document["experiment"], notes)}
+
+
+def _with_channels(document: dict[str, Any]) -> dict[str, Any]:
+    """The document with the channels of a model's file, where a controller's model says `channels = true`.
+
+    They are the elements of the stimulator's channels, the ones that control grip force, and those that rest
+    on an object. Raises InputError for a model whose channels were given.
+    """
+    blocks = document["blocks"]
+    for name, table in blocks.items():
+        stated = table.get("model")
+        if not (_is_file(stated) and stated.get("channels")):
+            continue
+        where = f"blocks.{name}.model"
+        try:
+            model = load_patient_model(Path(stated["file"]))
+        except InputError as fault:
+            raise fault.within(where) from None
+        if not model.grasping:
+            raise InputError(f"{where}.channels", f"true, and {stated['file']} has no channels of its own",
+                             "a model that fesloop identify made from a sweep over all elements",
+                             "run sweep_grasp, or leave it out")
+        electrodes = []
+        for word in model.electrodes:
+            elements, shares = elements_of(word)
+            electrodes.append({"elements": elements, **({"shares": shares} if shares else {})})
+        own: dict[str, dict[str, Any]] = {"stimulator": {"electrodes": electrodes},
+                                          "grip_force": {"closing": list(model.closing)}}
+        blocks = {other: {**given, **own.get(given["kind"], {})} for other, given in blocks.items()}
+        blocks[name] = {**blocks[name], "grasping_channels": list(model.grasping)}
+    return {**document, "blocks": blocks}
 
 
 def _noted(about: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -239,6 +273,8 @@ def _made_for(table: Mapping[str, Any], document: Mapping[str, Any], model: Pati
     for other in blocks.values():
         if other["kind"] == "stimulator":
             properties["electrodes"] = electrodes_in_words(other, len(model.current_ma))
+        if other["kind"] == "electrodes":
+            properties["arrays"] = arrays_in_words(other)
         if other["kind"] == "synergies" and "rows" in other:
             properties["outputs"] = tuple(other["rows"])
     if "current_ma" in table:

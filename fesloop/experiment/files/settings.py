@@ -19,7 +19,7 @@ from fesloop.experiment.files.overlay import key_parts
 from fesloop.experiment.files.source import placed_value
 from fesloop.forms.toml import DEEPEST, TomlError, TooLargeError, tables_of, toml_value
 
-_TOP = ("experiment", "patient", "record", "blocks", "links", "wires", "score")
+_TOP = ("experiment", "patient", "electrodes", "record", "blocks", "links", "wires", "score")
 
 
 Settings = Sequence[str] | Mapping[str, Any]

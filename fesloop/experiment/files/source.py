@@ -139,6 +139,8 @@ def _placed(path: tuple[str, ...], value: Any, folder: Path) -> Any:
 def _is_path(path: tuple[str, ...], text: str) -> bool:
     if path == ("patient", "file"):
         return text.endswith(".toml") or "/" in text
+    if path == ("electrodes", "array"):
+        return True
     if path[-1] == "movement" and path[0] in ("blocks", "score") and len(path) == 3:
         return text.endswith(".toml")
     if path[0] != "blocks" or len(path) < 3 or path[-1] not in _KEYS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from fractions import Fraction
 from pathlib import Path
@@ -14,14 +15,16 @@ from fesloop.hand.quaternion import multiply
 from fesloop.loop.clock import NS_PER_S, exact_ratio
 from fesloop.streams import checks
 from fesloop.streams.checks import Array
-from fesloop.streams.formats.channels import recording_of
+from fesloop.streams.formats.channels import Part, recording_of, time_base
 from fesloop.streams.formats.layout import Layout, Place, ReferenceLayout, SensorLayout, read_layout
-from fesloop.streams.formats.rates import hold
+from fesloop.streams.formats.rates import hold, onto_one_rate
 from fesloop.streams.formats.sources import Source, source_of
 from fesloop.streams.labels import SI, factor
 from fesloop.streams.recording import MotionRecording, Reference, Stamps
 from fesloop.streams.timebase import exact_rate, stamps_of_rate, stamps_of_times
 
+_LEAST = 3
+"""Least number of instants of a sensor that has its own."""
 _RATES_AGREE = 1e-3
 """Relative difference allowed between the lengths of samples and of as many orientations (chosen: a rate
 written with four digits is within it, 59.94 for 60 Hz is not)."""
@@ -44,22 +47,58 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
         for kind, place in (("gyr", sensor.gyr), ("acc", sensor.acc), ("mag", sensor.mag)):
             if place is not None:
                 samples = source.columns(place, 3, f"{layout_path}: sensors.{name}.{kind}")
-                sensors.setdefault(name, {})[kind] = sensor.turned(samples * scales[kind])
+                sensors.setdefault(name, {})[kind] = sensor.turned(samples * scales[kind], kind)
     _require_single(source, layout, layout_path)
+    names = list(layout.sensors)
+    pairs = [(names.index(parent), names.index(child)) for parent, child in layout.pairs]
+    source_units = {kind: units[kind] for kind in SI if kind in units and (
+        kind != "mag" or "mag" in next(iter(sensors.values())))}
+    if source_format != "xdf" and (layout.resample is not None or any(
+            each.time is not None for each in layout.sensors.values())):
+        sensors, base, origin_s, resampled_hz = _brought_together(source, sensors, layout, layout_path)
+        return recording_of(path, source_format, sensors, *base, pairs=pairs, source_units=source_units,
+                            resampled_hz=resampled_hz, origin_s=origin_s)
     sensors = {name: hold(samples, asdict(layout.sensors[name].every or layout.every))
                for name, samples in sensors.items()}
     length = len(next(iter(sensors.values()))["gyr"])
     stamps, rate = _time_base(source, layout.rate, layout.time, length, layout, f"{layout_path}: ")
     checks.equal_lengths({f"sensors.{name}.{kind}": len(samples) for name, each in sensors.items()
                           for kind, samples in each.items()}, str(layout_path))
-    names = list(layout.sensors)
     return recording_of(
         path, source_format, sensors, stamps, rate, reference=_reference(source, layout, stamps, layout_path),
-        pairs=[(names.index(parent), names.index(child)) for parent, child in layout.pairs],
-        source_units={kind: units[kind] for kind in SI if kind in units and (
-            kind != "mag" or "mag" in next(iter(sensors.values())))},
-        resampled_hz=source.resampled_hz,
+        pairs=pairs, source_units=source_units, resampled_hz=source.resampled_hz,
         origin_s=_origin_s(source, layout, f"{layout_path}: "))
+
+
+def _brought_together(
+    source: Source, sensors: Mapping[str, Mapping[str, Array]], layout: Layout, layout_path: Path
+) -> tuple[dict[str, dict[str, Array]], tuple[Stamps, Fraction | None], float, dict[str, float]]:
+    """Sensors at common instants: samples, stamps and rate, first instant, s, and each one's rate before, Hz.
+
+    Raises InputError for sensors of different instants without `resample`.
+    """
+    unit_s = factor("time", layout.units.time, f"{layout_path}: units.time", "")
+    parts, kinds = [], {name: list(samples) for name, samples in sensors.items()}
+    for name, samples in sensors.items():
+        own = layout.sensors[name].time
+        key = f"sensors.{name}.time" if own is not None else "time"
+        place = own if own is not None else layout.time
+        assert place is not None
+        times = source.columns(place, 1, f"{layout_path}: {key}")[:, 0] * unit_s
+        checks.equal_lengths({key: times.size, **{f"sensors.{name}.{kind}": len(each)
+                                                  for kind, each in samples.items()}}, str(layout_path))
+        there = np.isfinite(times)
+        if there.sum() < _LEAST:
+            raise InputError(f"{layout_path}: {key}", f"holds {there.sum()} instants", f"{_LEAST} or more")
+        parts.append(Part(f"sensor {name}", name, times[there],
+                          np.concatenate(list(samples.values()), axis=1)[there], {}))
+    resampled_hz: dict[str, float] = {}
+    if layout.resample is not None:
+        parts, resampled_hz = onto_one_rate(parts, layout.resample, str(layout_path))
+    base = time_base(parts, str(layout_path), "write `resample = HZ` into the layout")
+    split = {part.key: dict(zip(kinds[part.key], np.split(part.values, len(kinds[part.key]), axis=1),
+                                strict=True)) for part in parts}
+    return split, base, float(parts[0].times_s[0]), resampled_hz
 
 
 def _origin_s(source: Source, layout: Layout, where: str) -> float | None:
@@ -76,6 +115,7 @@ def _require_single(source: Source, layout: Layout, layout_path: Path) -> None:
     Sensors on one segment may share its orientation.
     """
     places: list[tuple[str, Place | None, int]] = [("time", layout.time, 1)]
+    places += [(f"sensors.{name}.time", time, 1) for name, time in _own_times(layout).items()]
     for name, sensor in layout.sensors.items():
         places += [(f"sensors.{name}.{kind}", getattr(sensor, kind), 3) for kind in ("gyr", "acc", "mag")]
     used: dict[tuple[str, int], str] = {}
@@ -91,6 +131,15 @@ def _require_single(source: Source, layout: Layout, layout_path: Path) -> None:
                 if column in own:
                     raise _twice(layout_path, key, column, own[column])
                 own[column] = key
+
+
+def _own_times(layout: Layout) -> dict[str, Place]:
+    """Places of sensors' own instants, each once: sensors may share them."""
+    found: dict[str, Place] = {}
+    for name, sensor in layout.sensors.items():
+        if sensor.time is not None and sensor.time not in (layout.time, *found.values()):
+            found[name] = sensor.time
+    return found
 
 
 def _twice(layout_path: Path, key: str, column: tuple[str, int], other: str) -> InputError:

@@ -3,7 +3,7 @@
     rate = 100                      # Hz, exact: "2000/7"; or time = "t" with units.time
     every = {acc = 2, mag = 10}     # rows from one sample to the next, of kinds that are not in every row
     pairs = [["forearm", "hand"]]   # parent and child of neighbouring segments
-    resample = 100                  # Hz, of common instants, for streams of an XDF file on different clocks
+    resample = 100                  # Hz, of common instants, for sensors of different instants or uneven ones
 
     [units]                         # of the file; converted to SI
     gyr = "deg/s"
@@ -19,6 +19,9 @@
     # or of another file of as many rows: mag = {file = "mag.csv", columns = ["x", "y", "z"]}
     orientation = ["q0", "q1", "q2", "q3"]
     axes = ["-z", "-x", "y"]        # of the sensor, that point along the segment's x, y and z
+    own_axes = {mag = ["y", "x", "-z"]}   # of one kind, that point along the sensor's x, y and z
+    rotation_deg = [0, 0, 15]       # of the sensor against its segment, a rotation vector
+    time = "t_hand"                 # of this sensor alone, by the clock of the others
 
     [reference]                     # what the orientations are, if there are any
     order = "xyzw"
@@ -28,6 +31,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -35,6 +39,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
+from scipy.spatial.transform import Rotation
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.forms.toml import TomlError, tables_of
@@ -44,6 +49,7 @@ from fesloop.streams.text_table import TextForm, read_text
 _ALLOWED = "a layout file (TOML)"
 _MOST_ROWS = 1000
 _AXES = ("x", "y", "z")
+_HALF_TURN_DEG = 180.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +94,31 @@ class EveryLayout:
                 raise InputError(kind, f"{rows}", f"1 to {_MOST_ROWS} rows")
 
 
+def _signed(axes: Sequence[str], where: str) -> NDArray[np.float64]:
+    """Matrix (3, 3) to the frame whose x, y and z these axes are; InputError unless each is named once."""
+    if sorted(axis.removeprefix("-") for axis in axes) != sorted(_AXES):
+        raise InputError(where, f"{list(axes)}", 'each of x, y and z once, such as ["-z", "-x", "y"]')
+    return np.array([(-1.0 if axis.startswith("-") else 1.0) * np.eye(3)["xyz".index(axis[-1])]
+                     for axis in axes])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnAxes:
+    """Axes of single kinds of samples that point along the sensor's x, y and z.
+
+    They may be left-handed: chips of magnetometers often are against those of accelerometers, and an
+    accelerometer that gives -g upwards at rest has ["-x", "-y", "-z"].
+    """
+
+    gyr: tuple[str, str, str] = _AXES
+    acc: tuple[str, str, str] = _AXES
+    mag: tuple[str, str, str] = _AXES
+
+    def __post_init__(self) -> None:
+        for kind in ("gyr", "acc", "mag"):
+            _signed(getattr(self, kind), f"own_axes.{kind}")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorLayout:
     """Columns of one sensor's samples.
@@ -98,6 +129,11 @@ class SensorLayout:
     orientation: four columns, a quaternion measured by other means; may be left out.
     axes: axes of the sensor that point along x, y and z of its segment. Samples are then converted to the
         segment's frame; so are reference orientations where the reference has `sensor_frames`.
+    own_axes: axes of its gyroscopes, accelerometers or magnetometers, where they are not the sensor's.
+    rotation_deg: rotation vector, deg, of the frame of `axes` against that of the segment, about the
+        segment's x, y and z: samples in the segment's frame are those of the sensor turned by it.
+    time: instants of this sensor's samples, where its rows are not those of the others; of their clock.
+        Rows without an instant are no samples of it.
     every: as in `Layout`, where this sensor's is another one.
     """
 
@@ -106,20 +142,27 @@ class SensorLayout:
     mag: Place | None = None
     orientation: Place | None = None
     axes: tuple[str, str, str] = _AXES
+    own_axes: OwnAxes = field(default_factory=OwnAxes)
+    rotation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    time: Place | None = None
     every: EveryLayout | None = None
 
     def __post_init__(self) -> None:
-        if sorted(axis.removeprefix("-") for axis in self.axes) != sorted(_AXES):
-            raise InputError("axes", f"{list(self.axes)}",
-                             'each of x, y and z once, such as ["-z", "-x", "y"]')
-        if np.linalg.det(self.turned(np.eye(3))) < 0.0:
+        if np.linalg.det(_signed(self.axes, "axes")) < 0.0:
             raise InputError("axes", f"{list(self.axes)} is left-handed", "a right-handed frame",
-                             "change one sign, or mend signs in the file where its frame is so")
+                             "change one sign; for one kind of samples, state own_axes")
+        if not np.linalg.norm(self.rotation_deg) <= _HALF_TURN_DEG:
+            raise InputError("rotation_deg", f"{list(self.rotation_deg)}",
+                             "x, y, z of at most 180 deg in all")
 
-    def turned(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Samples (n, 3) along the axes of the segment, from those along the sensor's."""
-        signs = [-1.0 if axis.startswith("-") else 1.0 for axis in self.axes]
-        return np.asarray(samples[:, ["xyz".index(axis[-1]) for axis in self.axes]] * signs)
+    def turned(self, samples: NDArray[np.float64], kind: str = "") -> NDArray[np.float64]:
+        """Samples (n, 3) along the axes of the segment, from those along the sensor's, or its `kind`'s."""
+        for axes in ((getattr(self.own_axes, kind), self.axes) if kind else (self.axes,)):
+            signs = [-1.0 if axis.startswith("-") else 1.0 for axis in axes]
+            samples = samples[:, ["xyz".index(axis[-1]) for axis in axes]] * signs
+        if any(self.rotation_deg):
+            samples = samples @ Rotation.from_rotvec(self.rotation_deg, degrees=True).as_matrix().T
+        return np.asarray(samples)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,7 +212,8 @@ class Layout:
         state none of their own. A sample that is missing then counts as held, not as lost.
     units, text, reference: their own tables.
     pairs: names of (parent, child) sensors on neighbouring segments, each pair once, in no loop.
-    resample: rate of the common instants for resampling the streams of an XDF file, Hz.
+    resample: rate of common instants, Hz, for streams of an XDF file and for sensors with instants of their
+        own; of a table with one `time`, to even out its instants.
     """
 
     sensors: dict[str, SensorLayout]
@@ -185,18 +229,26 @@ class Layout:
     def __post_init__(self) -> None:
         if not self.sensors:
             raise InputError("sensors", "no sensor", "one or more, [sensors.NAME]")
-        if (self.rate is None) == (self.time is None):
+        timed = [each.time is not None for each in self.sensors.values()]
+        if all(timed) and self.rate is None and self.time is None:
+            pass  # each sensor has instants of its own
+        elif (self.rate is None) == (self.time is None):
             raise InputError("rate", "neither rate nor time is given" if self.rate is None
                              else "both rate and time are given", "one of the two")
         if self.reference.rate is not None and self.reference.time is not None:
             raise InputError("reference.rate", "both rate and time are given", "one of the two, or none")
-        if self.resample is not None:
+        if any(timed) and self.rate is not None:
+            raise InputError(f"sensors.{list(self.sensors)[timed.index(True)]}.time", "is given beside rate",
+                             "one of the two")
+        if self.resample is not None or any(timed):
             stated = [f"sensors.{name}.orientation" for name, each in self.sensors.items()
                       if each.orientation]
             stated += ["every"] * (self.every != EveryLayout())
             stated += [f"sensors.{name}.every" for name, each in self.sensors.items() if each.every]
             if stated:
-                raise InputError("resample", f"{self.resample} and {stated[0]} are given", "one of the two")
+                raise InputError(stated[0], "is given beside "
+                                 + ("resample" if self.resample is not None else "the time of a sensor"),
+                                 "one of the two")
         for pair in self.pairs:
             for name in pair:
                 if name not in self.sensors:

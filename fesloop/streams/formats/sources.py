@@ -48,6 +48,7 @@ def source_of(path: Path, layout: Layout, layout_path: Path) -> tuple[str, Sourc
     places = [place for each in layout.sensors.values()
               for place in (each.gyr, each.acc, each.mag, each.orientation)]
     places += [layout.time, layout.reference.time, layout.reference.scored]
+    places += [each.time for each in layout.sensors.values()]
     chosen = [place for place in places if isinstance(place, Columns)]
     others = {place.file: path.parent / place.file for place in chosen if place.file}
     source_format, source = _source(path, layout, layout_path, chosen)
@@ -61,14 +62,17 @@ def _source(path: Path, layout: Layout, layout_path: Path, chosen: Sequence[Colu
     """The form of one file, and the source of its numbers."""
     head = head_of(path, _ALLOWED)
     if head.startswith(SIGNATURE):
+        if any(each.time is not None for each in layout.sensors.values()):
+            raise InputError(f"{layout_path}: sensors", "a sensor has a time of its own",
+                             "streams, which have instants", "name its stream with `variable`")
         if any(place.file for place in chosen):
             raise InputError(f"{layout_path}: file", f"{path} is an XDF file", "tables and variables",
                              "name its streams with `variable`")
         return "xdf", XdfSource(path, layout.time, str(layout_path), layout.resample, [
             place.variable for place in chosen])
-    if layout.resample is not None:
-        raise InputError(f"{layout_path}: resample", f"{path} has one time base",
-                         "an XDF file of several streams", "leave it out")
+    if layout.resample is not None and layout.rate is not None:
+        raise InputError(f"{layout_path}: resample", f"{path} has one rate, which the layout states",
+                         "an XDF file of several streams, or instants (`time`)", "leave it out")
     if is_container(head):
         return "variables", _Variables(read_container(path), str(path))
     return "table", _Table(read_table(path, layout.text), str(path))

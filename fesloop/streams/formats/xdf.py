@@ -84,11 +84,23 @@ def read_streams(path: Path) -> list[XdfStream]:
 
     Raises InputError for a file that is damaged, naming the byte.
     """
+    return inspect_streams(path)[0]
+
+
+def inspect_streams(path: Path) -> tuple[list[XdfStream], list[tuple[str, str, int]]]:
+    """The streams of numbers in an XDF file, and those of text: name, type and number of samples.
+
+    Raises InputError for a file that is damaged, naming the byte.
+    """
+    read = read_file("xdf", path)
     found = [_stream(each, f"{path}: stream {number + 1}")
-             for number, each in enumerate(read_file("xdf", path)) if each["values"] is not None]
+             for number, each in enumerate(read) if each["values"] is not None]
     names = [stream.name for stream in found]
-    return [replace(stream, key=f"{name}#{names[:number].count(name) + 1}" if names.count(name) > 1 else name)
-            for number, (stream, name) in enumerate(zip(found, names, strict=True))]
+    keys = [f"{name}#{names[:number].count(name) + 1}" if names.count(name) > 1 else name
+            for number, name in enumerate(names)]
+    return [replace(stream, key=key) for stream, key in zip(found, keys, strict=True)], [
+        (_text(each["info"], "name"), _text(each["info"], "type"), len(each["times_s"]))
+                   for each in read if each["values"] is None]
 
 
 def _inner(element: Any, *path: str) -> list[Any]:

@@ -9,14 +9,17 @@ from controllers.open_loop import ElementSweep, Programme
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.signals import NEVER, Sample
 
 
-def given_at(block, times_ns):
-    """Every output at some instants, (instants, ...)."""
+def given_at(block, times_ns, measured=None):
+    """Every output at some instants, (instants, ...); `measured`, (instants, m), is read at each."""
     state, tick, rows = block.init(Context("block")), Tick(), []
     for tick.index, time_ns in enumerate(times_ns):
-        tick.time_ns = int(time_ns)
-        rows.append(block.step(state, [], tick))
+        tick.time_ns = now = int(time_ns)
+        sample = (Sample(np.zeros(1), NEVER, NEVER, NEVER) if measured is None
+                  else Sample(measured[tick.index], now, now, now))
+        rows.append(block.step(state, [sample] * len(block.inputs), tick))
     return [np.stack([row[i] for row in rows]) for i in range(len(rows[0]))]
 
 
@@ -73,7 +76,30 @@ def test_the_sweep_climbs_on_one_element_after_another_and_rests_between():
     assert shares.sum(axis=(1, 2)).tolist() == [1.0] * 10 + [0.0] * 2
 
 
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**31), st.floats(1.0, 30.0), st.integers(1, 5))
+def test_an_element_that_has_moved_the_hand_enough_gets_no_more_current(seed, enough_deg, elements):
+    """Against the timetable written out: a turn ends one rest after its response, or after all its stairs."""
+    block = ElementSweep(count=5, elements=tuple(range(elements)), current_ma=(5.0, 8.0, 20.0), stair_s=0.2,
+                         rest_s=0.3, enough_deg=enough_deg, begin_s=0.4)
+    rng = np.random.default_rng(seed)
+    ticks = np.arange(round(block.duration_s * 40) + 40)
+    measured = np.radians(np.cumsum(rng.normal(0.0, enough_deg / 4.0, (ticks.size, 2)), axis=0))
+    pulses, _, element, _ = given_at(block, ticks * 25_000_000, measured)
+    at = 16
+    for turn in range(elements):
+        moved = np.degrees(np.abs(measured[at:at + 24] - measured[at]).max(axis=1)) >= enough_deg
+        stimulated = int(np.argmax(moved)) if moved.any() else 24
+        assert (pulses[at:at + stimulated, 0, 0] > 0.0).all()
+        assert (pulses[at + stimulated:at + stimulated + 12, 0, 0] == 0.0).all()
+        assert (element[at:at + stimulated + 12] == turn).all()
+        at += stimulated + 12
+    assert (element[at:] == -1.0).all()
+    assert at * 0.025 <= block.duration_s + 1e-9
+
+
 @pytest.mark.parametrize(("change", "where"), [
+    ({"enough_deg": -1.0}, "enough_deg"), ({"begin_s": -1.0}, "begin_s"),
     ({"count": 0}, "count"), ({"elements": (59,)}, "elements"), ({"elements": (-1,)}, "elements"),
     ({"current_ma": ()}, "current_ma"), ({"current_ma": (0.0, 5.0)}, "current_ma"),
     ({"current_ma": (5.0, 4.0)}, "current_ma"), ({"width_us": 0.0}, "width_us"),

@@ -19,10 +19,11 @@ from controllers.point_search.gaussian_process import GaussianProcess, expected_
 from controllers.point_search.optuna_search import OptunaSearch
 from controllers.point_search.prior_zones import ZONES, Zone, expectation
 from controllers.point_search.semi_automatic import SemiAutomatic
-from controllers.point_search.space import ArrayLayout, SearchSpace, joined
+from controllers.point_search.space import SearchSpace, joined
 from controllers.point_search.strategies import TwoPhase
 from fesloop.errors import InputError
 from fesloop.hand.movements import FREEDOMS
+from fesloop.models.electrode_arrays import ArrayLayout
 
 EXTRAS = {name: find_spec(package) is not None
           for name, package in (("gaussian_process", "sklearn"), ("optuna", "optuna"))}
@@ -255,6 +256,20 @@ def test_an_earlier_search_of_no_use_is_refused(earlier, strategy, named):
     response = EarlierResponse(elements=elements, current_ma=8.0, quality=0.1)
     with pytest.raises(InputError, match=named):
         PointSearch(strategy=strategy, earlier=EarlierSearch(movement=movement, responses=(response,)))
+
+
+@pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
+def test_an_earlier_search_is_of_the_same_arrays():
+    own = (ArrayLayout(rows=3, columns=4),)
+    response = EarlierResponse(elements=(3,), current_ma=8.0, quality=0.1)
+    for layouts, space, fits in ((None, SearchSpace(), True), (own, SearchSpace(layouts=own), True),
+                                 (None, SearchSpace(layouts=own), False), (own, SearchSpace(), False)):
+        earlier = EarlierSearch(movement="finger_opening", responses=(response,), layouts=layouts)
+        if fits:
+            PointSearch(strategy="gaussian_process", space=space, earlier=earlier)
+            continue
+        with pytest.raises(InputError, match="earlier: is a search of other arrays"):
+            PointSearch(strategy="gaussian_process", space=space, earlier=earlier)
 
 
 @pytest.mark.parametrize(("package", "strategy", "named"), [

@@ -11,16 +11,9 @@ from fesloop.hand.movements import EXTRINSIC, MUSCLES
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.signals import NEVER, Sample
+from fesloop.models.electrode_arrays import DORSAL, VOLAR, ElectrodeArray
 from plants.electrodes import Electrodes
-from plants.electrodes.arrays import (
-    DORSAL,
-    MOTOR_POINTS,
-    VOLAR,
-    AxonScatter,
-    ElectrodeArray,
-    MotorBranch,
-    MotorPoint,
-)
+from plants.electrodes.axons import MOTOR_POINTS, AxonScatter, MotorBranch, MotorPoint
 
 SLOTS = RateClock.from_rate("320")
 NONE = Sample(0.0, NEVER, NEVER, NEVER)
@@ -282,11 +275,11 @@ def test_arrays_that_slip_recruit_as_those_put_on_there_and_come_back():
 def test_pads_sit_in_rows_around_and_columns_along():
     array = ElectrodeArray(rows=3, columns=2, pitch_mm=(10.0, 20.0), centre_deg=90.0, centre_mm=100.0)
     quarter = math.pi / 2.0 * 40.0
-    np.testing.assert_allclose(array.places(40.0), [
+    np.testing.assert_allclose(array.pads(40.0), [
         [quarter - 10.0, 90.0, 7.0], [quarter - 10.0, 110.0, 7.0], [quarter, 90.0, 7.0],
         [quarter, 110.0, 7.0], [quarter + 10.0, 90.0, 7.0], [quarter + 10.0, 110.0, 7.0]])
     own = ElectrodeArray(positions=((90.0, 90.0), (-90.0, 110.0)), pad_mm=5.0)
-    np.testing.assert_allclose(own.places(40.0), [[quarter, 90.0, 5.0], [-quarter, 110.0, 5.0]])
+    np.testing.assert_allclose(own.pads(40.0), [[quarter, 90.0, 5.0], [-quarter, 110.0, 5.0]])
     assert (DORSAL.elements, VOLAR.elements, SHIPPED.elements) == (35, 24, 59)
 
 

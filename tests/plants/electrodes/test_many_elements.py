@@ -4,8 +4,7 @@ import pytest
 
 from fesloop import load
 from fesloop.errors import InputError
-from plants.checks import MOST_ELEMENTS
-from plants.electrodes.arrays import ElectrodeArray
+from fesloop.models.electrode_arrays import MOST_ELEMENTS, ElectrodeArray
 from plants.stimulator import Stimulator
 
 

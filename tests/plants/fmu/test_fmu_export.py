@@ -11,7 +11,7 @@ from fmpy.validation import validate_fmu
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import plants.fmu.export as fmu_export
+from fesloop.c_code import build
 from fesloop.errors import InputError, RunError
 from fesloop.loop.block import Context
 from plants.finger import Finger
@@ -140,10 +140,10 @@ def test_without_a_compiler_there_are_sources_and_a_word(tmp_path, monkeypatch):
 
 
 def test_a_failing_compiler_leaves_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr(fmu_export, "COMPILE", ("-no-such-option",))
+    monkeypatch.setattr(build, "COMPILE", ("-no-such-option",))
     if shutil.which("gcc") is None:
         pytest.skip("no gcc")
-    with pytest.raises(RunError, match="failed on the finger's sources"):
+    with pytest.raises(RunError, match="failed on the sources of finger"):
         build_finger_fmu(tmp_path / "finger.fmu", binary=True)
     assert list(tmp_path.iterdir()) == []
 

@@ -14,7 +14,7 @@ from fesloop.hand.anthropometry import BONES, FINGERS, JOINTED, HandSize
 from fesloop.hand.movements import EXTRINSIC
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
-from plants.electrodes.arrays import MOTOR_POINTS
+from plants.electrodes.axons import MOTOR_POINTS
 from plants.imus.device import rotations
 from plants.patients.files import from_table, load
 from plants.patients.sections import CohortSpread, DaySpread

@@ -18,9 +18,10 @@ from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Port, Sample
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
+from fesloop.models.electrode_arrays import VirtualElectrode
 from plants import stimulator as generations
 from plants.electrodes import Electrodes
-from plants.stimulator import PRESETS, Limits, Stimulator, VirtualElectrode, given_pulse
+from plants.stimulator import PRESETS, Limits, Stimulator, given_pulse
 
 ELEMENTS, CHARGE, CHARGE_RATE, ELEMENT_CHARGE, ELEMENT_CHARGE_RATE = range(5)
 
@@ -207,6 +208,15 @@ def test_current_density_calls_for_attention_and_cuts_nothing():
     assert [status for status, _ in reports] == ["current_density"]
     assert density > 2.0
     assert f"element 0 ({density:.2g})" in reports[0][1]
+
+
+def test_current_density_is_that_of_each_elements_own_area():
+    _, reports = run(quick(channels=2, element_area_cm2=(1.54, 6.16, 1.54)),
+                           {0: [[20.0, 300.0], [40.0, 300.0]]}, slots=32)
+    assert [status for status, _ in reports] == ["current_density"]
+    assert "under element 0 (" in reports[0][1]  # element 1 has twice the current on four times the area
+    with pytest.raises(InputError, match=r"element_area_cm2: shape \(2,\); allowed: shape \(3,\)"):
+        quick(element_area_cm2=(1.0, 2.0))
 
 
 def test_a_channel_is_switched_onto_other_elements_while_it_runs():

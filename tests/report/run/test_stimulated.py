@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fesloop.models.electrode_arrays import VirtualElectrode
 from fesloop.show.picture.cast import Cast, Player
 from fesloop.show.report.run.stimulation import element_charge
-from plants.stimulator import VirtualElectrode
 
 HZ, SLOTS, CHANNELS, ELEMENTS = 20, 8, 3, 5
 SLOT_NS = 10**9 // (HZ * SLOTS)

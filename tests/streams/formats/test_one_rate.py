@@ -184,7 +184,7 @@ def test_files_of_one_time_base_have_nothing_to_resample(tmp_path):
                comments="")
     layout = '[sensors.S]\ngyr = ["a", "b", "c"]\nacc = ["d", "e", "f"]\n'
     (tmp_path / "layout.toml").write_text(f"rate = 100\nresample = 100\n{layout}")
-    with pytest.raises(InputError, match=r"layout.toml: resample: .*one time base"):
+    with pytest.raises(InputError, match=r"layout.toml: resample: .*one rate, which the layout states"):
         open_recording(tmp_path / "lab.csv", layout=tmp_path / "layout.toml")
     (tmp_path / "layout.toml").write_text(f"rate = 100\n{layout}")
     with pytest.raises(InputError, match="write `resample = 100` into the layout"):

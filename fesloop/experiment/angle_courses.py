@@ -1,7 +1,8 @@
-"""Named courses of angles from a file: a recording of fesloop, or columns of a CSV, NPZ or MATLAB 5 file.
+"""Named courses of angles from a file: a recording of fesloop, or columns of a CSV, OpenSim or NumPy file.
 
 Columns of a CSV, or arrays (n,) of an NPZ or MATLAB file, are `time_s` or `time_ms` and, for each row,
-`ROW_deg` or `ROW_rad`; other names are ignored.
+`ROW_deg` or `ROW_rad`; other names are ignored. Files of OpenSim (.mot, .sto) have a header that says whether
+angles are in degrees, and a column `time`, s; every other column is taken for an angle.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.recording.reading import Recording
-from fesloop.given_files import exists, is_file, is_folder
+from fesloop.given_files import exists, is_file, is_folder, read_whole
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
@@ -29,7 +30,9 @@ Array = NDArray[np.float64]
 _HDF5, _CONTAINERS = b"\x89HDF\r\n\x1a\n", (b"PK\x03\x04", b"MATLAB")
 _TIMES = {"time_s": 1.0, "time_ms": 1e-3}
 _FACTORS = {"_rad": 1.0, "_deg": np.pi / 180.0}
-_FILES = "a recording of fesloop (.h5), a CSV, NPZ or MATLAB 5 file"
+_END_OF_HEADER, _MOST_HEADER = b"endheader", 65_536
+"""Line that ends a header of OpenSim, and bytes in which it is looked for (chosen)."""
+_FILES = "a recording of fesloop (.h5), a CSV, OpenSim .mot or .sto, NPZ or MATLAB 5 file"
 
 
 class NamedCourses(NamedTuple):
@@ -68,7 +71,7 @@ def read_courses(file: str, signal: str, trial: int) -> NamedCourses:
         raise InputError(file, "is a pipe or a device", _FILES, "copy its content to a file")
     try:
         with Path(file).open("rb") as opened:
-            head = opened.read(8)
+            head = opened.read(_MOST_HEADER)
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else str(fault)
         raise InputError(file, f"cannot be read: {reason}", _FILES) from None
@@ -79,7 +82,44 @@ def read_courses(file: str, signal: str, trial: int) -> NamedCourses:
                          "none", "leave it out")
     if head.startswith(_CONTAINERS):
         return _of_columns(file, read_container(Path(file)))
+    if any(line.strip().lower() == _END_OF_HEADER for line in head.splitlines()):
+        return _of_opensim(file)
     return _of_columns(file, _csv(file))
+
+
+def _of_opensim(file: str) -> NamedCourses:
+    """Courses of a file of OpenSim: `key=value` lines, `endheader`, labels, and rows between white space."""
+    try:
+        lines = read_whole(file, _FILES).decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise InputError(file, "is not known", _FILES) from None
+    end = next(number for number, line in enumerate(lines) if line.strip().lower() == "endheader")
+    stated = {key.strip().lower(): value.strip().lower() for key, equals, value in
+              (line.partition("=") for line in lines[:end]) if equals}
+    degrees = stated.get("indegrees")
+    if degrees not in ("yes", "no"):
+        raise InputError(f"{file}: inDegrees", f"{degrees!r}" if degrees else "is missing", "yes or no",
+                         "state in the header whether angles are in degrees")
+    labels = lines[end + 1].split() if len(lines) > end + 1 else []
+    if labels[:1] != ["time"] or len(set(labels)) < max(len(labels), 2):
+        raise InputError(f"{file}: line {end + 2}", f"{' '.join(labels)[:60]!r}",
+                         "time and the names of the angles, each once")
+    rows = []
+    for number, line in enumerate(lines[end + 2:], end + 3):
+        cells = line.split()
+        if not cells:
+            continue
+        try:
+            rows.append([float(cell) for cell in cells])
+        except ValueError:
+            raise InputError(f"{file}: line {number}", f"{line.strip()[:40]!r}", "numbers") from None
+        if len(cells) != len(labels):
+            raise InputError(f"{file}: line {number}", f"{len(cells)} numbers", f"{len(labels)}, as labels")
+    if not rows:
+        raise InputError(file, "holds no row after its labels", "two or more")
+    table = np.array(rows)
+    factor = _FACTORS["_deg"] if degrees == "yes" else 1.0
+    return _checked(file, NamedCourses(tuple(labels[1:]), table[:, 0].copy(), factor * table[:, 1:]))
 
 
 def _of_recording(file: str, signal: str, trial: int) -> NamedCourses:

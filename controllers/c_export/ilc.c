@@ -1,0 +1,219 @@
+
+/* ---- Posture at the ticks, from samples of known capture. ---- */
+
+/* Second derivatives of the cubic spline through `count` knots, 4 or more, whose third derivative is continuous at
+ * the second and the last but one ("not a knot"). */
+static void spline(block_state *state, int count)
+{
+    const double *x = state->knot, *y = state->value;
+    double *m = state->moment, *diagonal = state->scratch;
+    for (int i = 1; i < count - 1; i++) {
+        const double before = x[i] - x[i - 1], after = x[i + 1] - x[i];
+        double left = before, right = after, right_side;
+        diagonal[i] = 2.0 * (before + after);
+        if (i == 1) diagonal[i] += before * (1.0 + before / after), right -= before * before / after;
+        if (i == count - 2) diagonal[i] += after * (1.0 + after / before), left -= after * after / before;
+        right_side = 6.0 * ((y[i + 1] - y[i]) / after - (y[i] - y[i - 1]) / before);
+        if (i > 1) {
+            const double share = left / diagonal[i - 1];
+            diagonal[i] -= share * state->above[i - 1];
+            right_side -= share * m[i - 1];
+        }
+        state->above[i] = right;
+        m[i] = right_side;
+    }
+    m[count - 2] /= diagonal[count - 2];
+    for (int i = count - 3; i >= 1; i--) m[i] = (m[i] - state->above[i] * m[i + 1]) / diagonal[i];
+    double ratio = (x[1] - x[0]) / (x[2] - x[1]);
+    m[0] = m[1] + ratio * (m[1] - m[2]);
+    ratio = (x[count - 1] - x[count - 2]) / (x[count - 2] - x[count - 3]);
+    m[count - 1] = m[count - 2] + ratio * (m[count - 2] - m[count - 3]);
+}
+
+static double between(const block_state *state, int i, double at)
+{
+    const double h = state->knot[i + 1] - state->knot[i];
+    const double b = (at - state->knot[i]) / h, a = 1.0 - b;
+    return a * state->value[i] + b * state->value[i + 1]
+           + ((a * a * a - a) * state->moment[i] + (b * b * b - b) * state->moment[i + 1]) * h * h / 6.0;
+}
+
+/* Error of one output at each tick with a usable measurement; others are not covered. */
+static void errors_of(block_state *state, int o)
+{
+    int count = 0;
+    for (int k = 0; k < SAMPLES; k++) {
+        state->covered[k][o] = 0;
+        state->error[k][o] = 0.0;
+        if (state->captured_ns[k] < 0 || state->doubtful[k][o]) continue;
+        if (!ALIGN_CAPTURES) {
+            state->covered[k][o] = state->ticks_ns[k] >= 0 && k >= BEGINS;
+            if (state->covered[k][o]) state->error[k][o] = state->reference[k][o] - state->measured[k][o];
+            continue;
+        }
+        if (count > 0 && state->captured_ns[k] <= state->stamp_ns[count - 1]) continue; /* read again */
+        state->stamp_ns[count] = state->captured_ns[k];
+        state->knot[count] = (double)(state->captured_ns[k] - state->stamp_ns[0]) / 1e9;
+        state->value[count] = state->measured[k][o];
+        state->moment[count++] = 0.0;
+    }
+    if (count >= 4) spline(state, count);
+    for (int k = 0, i = 0; k < SAMPLES && count > 0; k++) {
+        const int64_t tick_ns = state->ticks_ns[k];
+        if (tick_ns < state->stamp_ns[0] || tick_ns > state->stamp_ns[count - 1] || k < BEGINS) continue;
+        while (i < count - 1 && state->stamp_ns[i] < tick_ns) i++; /* the first capture at or after the tick */
+        const int64_t gap_ns = state->stamp_ns[i] - state->stamp_ns[i > 0 ? i - 1 : 0];
+        if (state->stamp_ns[i] != tick_ns && gap_ns > GAP_MAX_NS) continue;
+        const double at = (double)(tick_ns - state->stamp_ns[0]) / 1e9;
+        const double posture = count == 1 ? state->value[0] : between(state, i > 0 ? i - 1 : 0, at);
+        state->covered[k][o] = 1;
+        state->error[k][o] = state->reference[k][o] - posture;
+    }
+}
+
+/* ---- Iterative learning: drives of a whole trial, improved between trials. ---- */
+
+/* Clipped to their box, then tick by tick to the slew limit, from rest. */
+static void within_limits(double drives[SAMPLES][MUSCLES])
+{
+    for (int m = 0; m < MUSCLES; m++) {
+        double before = 0.0;
+        for (int k = 0; k < SAMPLES; k++) {
+            double drive = drives[k][m];
+            if (drive < 0.0) drive = 0.0;
+            if (drive > DRIVE_GREATEST[m]) drive = DRIVE_GREATEST[m];
+            if (drive < before - SLEW) drive = before - SLEW;
+            if (drive > before + SLEW) drive = before + SLEW;
+            before = drives[k][m] = drive;
+        }
+    }
+}
+
+static double first_drive(int k, int m)
+{
+    return k >= BEGINS ? FIRST_DRIVE[m] : 0.0;
+}
+
+/* An empty record for the next trial. */
+static void begin_trial(block_state *state)
+{
+    state->index = 0;
+    for (int k = 0; k < SAMPLES; k++) {
+        state->ticks_ns[k] = state->captured_ns[k] = BLOCK_NEVER;
+        for (int o = 0; o < OUTPUTS; o++) {
+            state->measured[k][o] = state->reference[k][o] = 0.0;
+            state->doubtful[k][o] = 0;
+        }
+    }
+}
+
+void block_init(block_state *state)
+{
+    static const block_state at_rest;
+    *state = at_rest;
+    for (int k = 0; k < SAMPLES; k++)
+        for (int m = 0; m < MUSCLES; m++) state->drives[k][m] = first_drive(k, m);
+    within_limits(state->drives);
+    for (int k = 0; k < SAMPLES; k++)
+        for (int m = 0; m < MUSCLES; m++) state->first[k][m] = state->drives[k][m];
+    begin_trial(state);
+}
+
+int block_step(block_state *state, const block_inputs *in, block_outputs *out)
+{
+    const int k = state->index < SAMPLES ? state->index++ : SAMPLES;
+    const int saturated = allocate(state->drives[k < SAMPLES ? k : SAMPLES - 1], out->stimulation);
+    if (k == SAMPLES) return BLOCK_PAST_END;
+    int usable = in->reference_newest_ns >= 0;
+    for (int o = 0; o < OUTPUTS; o++) usable = usable && isfinite(in->reference[o]);
+    if (usable) {
+        state->ticks_ns[k] = in->time_ns;
+        for (int o = 0; o < OUTPUTS; o++) state->reference[k][o] = in->reference[o];
+    }
+    if (in->measured_newest_ns >= 0) {
+        state->captured_ns[k] = in->measured_newest_ns;
+        for (int o = 0; o < OUTPUTS; o++) {
+            state->doubtful[k][o] = !isfinite(in->measured[o]) || DISTRUSTED(in, o);
+            state->measured[k][o] = state->doubtful[k][o] ? 0.0 : in->measured[o];
+        }
+    }
+    return usable ? saturated > 0 ? BLOCK_SATURATED : BLOCK_OK : BLOCK_NO_REFERENCE;
+}
+
+/* Share of the measurements that are doubtful. */
+static double doubtful_share(const block_state *state)
+{
+    int came = 0, doubtful = 0;
+    for (int k = 0; k < SAMPLES; k++) {
+        if (state->captured_ns[k] < 0) continue;
+        came++;
+        for (int o = 0; o < OUTPUTS; o++) doubtful += state->doubtful[k][o];
+    }
+    return came > 0 ? (double)doubtful / ((double)came * OUTPUTS) : 0.0;
+}
+
+/* Note the error of a trial: the best one is kept, and two worse ones in succession end the learning. */
+static void note_progress(block_state *state, double error)
+{
+    const double least = state->trials > 0 ? state->least : INFINITY;
+    const double before = state->trials > 0 ? state->before : INFINITY;
+    const double limit = WORSE * least > before ? WORSE * least : before;
+    if (error < least) {
+        for (int k = 0; k < SAMPLES; k++)
+            for (int m = 0; m < MUSCLES; m++) state->best[k][m] = state->drives[k][m];
+        state->least = error;
+    }
+    state->worse = error > FAR_WORSE * least || error > limit ? state->worse + 1 : 0;
+    state->stopped = STOP_AFTER > 0 && state->worse >= STOP_AFTER;
+    state->before = error;
+    state->trials++;
+}
+
+static void take_best(block_state *state)
+{
+    for (int k = 0; k < SAMPLES; k++)
+        for (int m = 0; m < MUSCLES; m++) state->drives[k][m] = state->best[k][m];
+}
+
+void block_next_trial(block_state *state)
+{
+    double squares = 0.0, weights = 0.0;
+    if (state->stopped) {
+        take_best(state);
+        begin_trial(state);
+        return;
+    }
+    if (doubtful_share(state) > REJECT_SHARE) {
+        begin_trial(state);
+        return;
+    }
+    for (int o = 0; o < OUTPUTS; o++) errors_of(state, o);
+    for (int k = 0; k < SAMPLES; k++)
+        for (int o = 0; o < OUTPUTS; o++)
+            if (state->covered[k][o]) {
+                squares += OUTPUT_WEIGHT[o] * state->error[k][o] * state->error[k][o];
+                weights += OUTPUT_WEIGHT[o];
+            }
+    if (weights > 0.0) {
+        note_progress(state, sqrt(squares / weights));
+        if (state->stopped) {
+            take_best(state);
+            begin_trial(state);
+            return;
+        }
+        for (int k = 0; k < SAMPLES; k++)
+            for (int m = 0; m < MUSCLES; m++)
+                state->next[k][m] = state->first[k][m]
+                                    + (1.0 - FORGETTING) * (state->drives[k][m] - state->first[k][m]);
+        within_limits(state->next);
+        learn_change(state);
+        for (int k = 0; k < SAMPLES; k++)
+            for (int m = 0; m < MUSCLES; m++) state->next[k][m] += state->change[k][m];
+        smooth(state);
+        within_limits(state->next);
+        for (int k = BEGINS; k < SAMPLES; k++)
+            for (int m = 0; m < MUSCLES; m++) state->drives[k][m] = state->next[k][m];
+        within_limits(state->drives);
+    }
+    begin_trial(state);
+}

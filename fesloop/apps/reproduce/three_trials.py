@@ -1,0 +1,108 @@
+"""`fesloop reproduce three_trials`: from a person nobody knows to a grasp in at most three trials.
+
+Members of a cohort of `sci_c6`, on whom nothing was tuned, are seen for the first time. One way sweeps all
+elements through the tracker, chooses elements and currents, and grasps a cylinder three times under
+predictive control that learns from trial to trial. The other is what one did before: the electrodes of an
+average arm, an identification of three minutes, and iterative learning. The patient's time counts all that is
+stimulated or waited for: sweep or identification, trials, rests before them. A patient who fails counts
+as one who did not hold.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fesloop.apps.reproduce.cohort import Progress, run_jobs
+from fesloop.apps.reproduce.comparison import Row, band
+from fesloop.apps.reproduce.patient_session import Kept, Session
+from fesloop.apps.reproduce.result import Reproduction, Sweep
+from fesloop.errors import InputError, RunError
+from fesloop.experiment.metrics.scoring import metrics_of
+from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.clock import NS_PER_S
+
+SUBJECTS = 30
+COHORT, FIRST_SEED = 40, 4000
+"""Pilots were members of cohort 3."""
+TRIALS = 3
+HELD_SHARE, MOST_MIN, MOST_DEG = 0.9, 5.0, 3.0
+WAYS = {"sweep": "all elements swept, then predictive control that learns",
+        "identify": "usual electrodes identified, then iterative learning"}
+_GRASPS = {
+    "sweep": ("sweep_grasp", "grasp_mpc", ("follow=fingers", "channels=model", "control=mpc_memory")),
+    "identify": ("identify_grasp", "grasp_ilc", (f"experiment.trials={TRIALS}",))}
+
+
+def grasp(session: Session, folder: Path) -> Kept:
+    """Run both ways of one patient; failures are reported."""
+    return {"ways": {way: _one_way(session, folder, way) for way in WAYS}}
+
+
+def _one_way(session: Session, folder: Path, way: str) -> dict[str, Any]:
+    """Minutes of the patient's time, and by trial what was held and the error before contact, deg."""
+    first, then, settings = _GRASPS[way]
+    lost = {"min": math.nan, "held": [False] * TRIALS, "error": [math.inf] * TRIALS}
+    try:
+        before = session.ran(session.load(first), folder)
+        with Recording(before) as recording:
+            before_s = _stimulated_s(recording)
+        model = session.model_of(before, folder)
+        experiment = session.load(then, (f"model={model}", *settings))
+        with Recording(session.ran(experiment, folder)) as recording:
+            found, rest_s = metrics_of(recording), _rest_s(recording)
+    except (InputError, RunError) as fault:
+        return {"failed": str(fault), **lost}
+    trials_s = TRIALS * experiment.duration_ns / NS_PER_S + TRIALS * rest_s
+    return {"failed": "", "min": (before_s + trials_s) / 60.0, "held": [bool(each) for each in found["held"]],
+            "error": [float(each) for each in found["joint_rmse_deg"]]}
+
+
+def _stimulated_s(recording: Recording) -> float:
+    """Time of the last pulse, s."""
+    pulses = recording.signal("safety.stimulation")
+    given = np.flatnonzero(pulses.values[..., 1].any(axis=1))
+    return float(pulses.times_ns[given[-1]]) / NS_PER_S if given.size else 0.0
+
+
+def _rest_s(recording: Recording) -> float:
+    """Rest before each trial, s."""
+    return float(recording.experiment["blocks"]["muscles"].get("rest_between_trials_s", 10.0))
+
+
+def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
+    """Run every patient both ways."""
+    sessions = [Session((member,), ("patient=sci_c6", f"cohort={COHORT}", f"member={member}"),
+                        FIRST_SEED + member, grasp) for member in range(subjects)]
+    kept = run_jobs(sessions, workers, progress)
+    return compare([kept[session.key] for session in sessions])
+
+
+def compare(patients: list[Kept]) -> Reproduction:
+    """Make rows and tables of both ways."""
+    lost = {"failed": "", "min": math.nan, "held": [False] * TRIALS, "error": [math.inf] * TRIALS}
+    rows, sweeps = list[Row](), dict[str, Sweep]()
+    for way, title in WAYS.items():
+        runs = [patient.get("ways", {}).get(way, lost) for patient in patients]
+        held, least = np.array([run["held"] for run in runs]), math.ceil(HELD_SHARE * len(runs))
+        for what, count in (("held in one of three trials", int(held.any(axis=1).sum())),
+                            ("held in the third trial", int(held[:, -1].sum()))):
+            rows.append(Row(title, f"{what}, patients, at least", f"{least} of {len(runs)}",
+                            f"{count} of {len(runs)}", count >= least))
+        minutes = band([run["min"] for run in runs if math.isfinite(run["min"])])
+        rows.append(Row(title, "patient's time, at most", MOST_MIN, minutes, minutes.high <= MOST_MIN, "min"))
+        errors = band([run["error"][-1] for run in runs])
+        rows.append(Row(title, "error before contact, third trial, median at most", MOST_DEG, errors,
+                        errors.median <= MOST_DEG, "deg"))
+        rows += [Row(f"member {number}, {way}", "run to its end", "yes", run["failed"], False)
+                 for number, run in enumerate(runs) if run["failed"]]
+        sweeps[way] = Sweep(
+            title=title.capitalize(), unit="min, 1: held, deg before contact",
+            columns=("time", *(f"held {k + 1}" for k in range(TRIALS)),
+                     *(f"error {k + 1}" for k in range(TRIALS))),
+            rows=tuple((f"member {number}", (run["min"], *map(float, run["held"]), *run["error"]))
+                       for number, run in enumerate(runs)))
+    return Reproduction("three_trials", len(patients), rows, sweeps)

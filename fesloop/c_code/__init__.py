@@ -1,0 +1,1 @@
+"""Blocks written as dependency-free C, and their FMUs; nothing here is loaded by a run."""

@@ -1,0 +1,83 @@
+"""A block of an experiment as C sources or as an FMU."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.registry import kind_of
+from fesloop.loop.clock import RateClock
+from fesloop.loop.nodes import Node
+
+if TYPE_CHECKING:
+    from fesloop.c_code.program import Program
+    from fesloop.experiment.specification import ExperimentSpecification
+
+GROUP = "fesloop.c_exporters"
+"""Group of entry points, by kind of block: functions (block, context, wired inputs) -> `Program`."""
+CodeForm = Literal["c", "fmu"]
+
+
+def program_of(experiment: ExperimentSpecification, block: str) -> Program:
+    """The C programme of an experiment's block.
+
+    Raises InputError for a name that is no block, a kind that cannot be exported, and parameters that its
+    programme lacks.
+    """
+    node = _node(experiment, block)
+    exporters: dict[str, EntryPoint] = {entry.name: entry for entry in entry_points(group=GROUP)}
+    kind = kind_of(type(node.part))
+    if kind not in exporters:
+        raise InputError(f"block {block}", f"is of the kind {kind!r}, which is not available in C",
+                         ", ".join(sorted(exporters)), "choose such a block, or such a kind")
+    write: Callable[..., Program] = exporters[kind].load()
+    wired = frozenset(end.target.part.inputs[end.target_port].name
+                      for end in experiment.wiring.connections if end.target is node)
+    return write(node.part, node.context(experiment.seed, 0), wired)
+
+
+def _node(experiment: ExperimentSpecification, block: str) -> Node:
+    blocks = {node.name: node for node in experiment.wiring.nodes if not node.is_plant}
+    if block not in blocks:
+        raise InputError(f"--block {block}", f"is no block of {experiment.name}", ", ".join(blocks),
+                         did_you_mean(block, blocks))
+    return blocks[block]
+
+
+def export_code(
+    experiment: ExperimentSpecification, block: str, form: CodeForm, out: str | Path | None = None
+) -> tuple[Path, Sequence[Path]]:
+    """Write a block as C sources or as an FMU; return the folder or file, and all files.
+
+    Parameters
+    ----------
+    block: name of the block in the experiment.
+    form: "c" for a folder of C sources, "fmu" for an FMU (FMI 2.0 co-simulation), which needs a C compiler.
+    out: new folder; for an FMU a file ending in .fmu, or a folder for it; None: the folder
+        exports/EXPERIMENT-BLOCK-FORM.
+
+    Raises InputError as `program_of` does, and for a target that exists or cannot be written; RunError if the
+    compiler fails.
+    """
+    from fesloop.c_code.program import write
+
+    if form not in ("c", "fmu"):
+        raise InputError("--format", f"{form!r} is no format of a block", "c, fmu")
+    program = program_of(experiment, block)
+    target = Path("exports", f"{experiment.name}-{block}-{form}") if out is None else Path(out)
+    if form == "c":
+        return target, write(program, target)
+    path = target if target.suffix == ".fmu" else target / f"{block}.fmu"
+    clock = _node(experiment, block).clock
+    if not isinstance(clock, RateClock) or clock.offset_ns:
+        raise InputError(f"block {block}", "has no constant rate from 0 s on", "a rate without offset",
+                         "give the block one, or export it as C")
+    if path.exists():
+        raise InputError(f"--out {path}", "exists", "a new file", "name another, or remove it")
+    from fesloop.c_code.fmu import write_fmu
+
+    write_fmu(program, clock, path)
+    return path, (path,)

@@ -1,0 +1,90 @@
+"""`fesloop export --block` and `fesloop.export_block`: files, targets, and one line for each mistake."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+
+import pytest
+from c_code_parts import needs_gcc
+
+import fesloop
+from fesloop.apps.cli import main
+
+PID = ["export", "finger_pid_latency", "--block", "controller"]
+
+
+@needs_gcc
+@pytest.mark.parametrize("flags", [(), ("-fsanitize=address,undefined",)])
+def test_the_command_writes_sources_that_build_without_a_warning(tmp_path, capsys, flags):
+    out = tmp_path / "pid"
+    main([*PID, "--format", "c", "--out", str(out), "--json"])
+    files = json.loads(capsys.readouterr().out)["files"]
+    assert [file.rpartition("/")[2] for file in files] == [
+        "controller.h",
+        "controller_settings.h",
+        "controller.c",
+    ]
+    subprocess.run(
+        ["gcc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", *flags, "-c", "controller.c"],
+        cwd=out,
+        check=True,
+    )
+    text = "".join(
+        (out / name).read_text() for name in ("controller.c", "controller.h", "controller_settings.h")
+    )
+    assert "malloc" not in text
+    assert "Worst case of a step: 377 operations" in " ".join(text.split())
+    assert "#define PERIOD_S (0.02) /* s, from tick to tick */" in text
+
+
+def test_the_function_writes_the_same_bytes(tmp_path):
+    main([*PID, "--format", "c", "--out", str(tmp_path / "a")])
+    folder = fesloop.export_block("finger_pid_latency", "controller", out=tmp_path / "b")
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == {
+        path.name: path.read_bytes() for path in (tmp_path / "a").iterdir()}
+
+
+@needs_gcc
+def test_settings_change_the_constants_and_an_fmu_has_its_name(tmp_path):
+    path = fesloop.export_block("finger_control", "controller", "fmu", tmp_path / "m" / "own.fmu",
+                                settings={"control": "pid"})
+    assert path == tmp_path / "m" / "own.fmu"
+    with pytest.raises(fesloop.InputError, match="exists"):
+        fesloop.export_block("finger_control", "controller", "fmu", path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([*PID, "--format", "csv"], "--format csv: is a format of recordings"),
+        ([*PID, "--format", "c", "--trial", "0"], "--trial: is given for a block"),
+        (["export", "finger_control", "--format", "c"], "--format c: is given without --block"),
+        (["export", "finger_control", "--block", "contoller", "--format", "c"], "did you mean 'controller'?"),
+        (
+            ["export", "finger_control", "--block", "tracker", "--format", "c"],
+            "kind 'ideal', which is not available in C",
+        ),
+        (["export", "finger_control", "--block", "patient", "--format", "c"], "is no block"),
+        (["export", "finger_ilc", "--block", "controller", "--format", "c"], "controller.law"),
+        (["export", "finger_mpc", "--block", "controller", "--format", "fmu"], "controller.adaptation"),
+        (["export", "no_such", "--block", "controller", "--format", "c"], "no_such"),
+        (["export", "run.h5", "--format", "csv", "--set", "a=1"], "--set: is given with a recording"),
+    ],
+)
+def test_each_mistake_is_one_line(tmp_path, capsys, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        raise SystemExit(main(arguments))
+    assert ended.value.code == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_folder_is_kept(tmp_path, capsys):
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(fesloop.InputError, match="is not empty"):
+        fesloop.export_block("finger_pid_latency", "controller", out=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]

@@ -1,0 +1,172 @@
+"""Controllers that are exported as C, and records of runs of them on plants that differ from their models."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from c_code_parts import NEXT_TRIAL
+
+import fesloop
+from controllers.c_export import ilc as ilc_c
+from controllers.c_export import mpc as mpc_c
+from controllers.c_export import pid as pid_c
+from controllers.ilc.block import Ilc
+from controllers.mpc.block import Mpc
+from controllers.pid.block import Pid
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.loop.signals import Sample
+from fesloop.models.linear_model import Recruitment
+
+RATE, PERIOD_NS, AGE_NS = "50", NS_PER_S // 50, 20_000_000
+
+
+def pid(**changes: object) -> Pid:
+    return Pid(
+        **{
+            "kp": (1.2, 0.8),
+            "ki": (2.0, 1.5),
+            "kd": (0.05, 0.02),
+            "mixing": ((0.7, 0.1), (-0.6, 0.3), (0.2, -0.9)),
+            "bias": (0.1, 0.1, 0.0),
+            "current_ma": (30.0, 25.0, 40.0),
+            "recruitment": Recruitment(threshold_ma=(8.0, 9.0, 12.0), spread=(0.3, 0.25, 0.4)),
+        }
+        | changes
+    )
+
+
+def pid_program(block: Pid, rate: str = RATE):
+    return pid_c.program(block, Context("control", clock=RateClock.from_rate(rate)))
+
+
+def hour(kind: np.dtype, seconds: int, rng: np.random.Generator) -> np.ndarray:
+    """Records of a slowly moving hand with noise, steps of the reference, and pauses of the sensor."""
+    steps = seconds * 50
+    t = np.arange(steps) / 50.0
+    records = np.zeros(steps, kind)
+    records["time_ns"] = np.arange(steps) * (NS_PER_S // 50)
+    records["reference_newest_ns"] = records["time_ns"]
+    records["reference"] = 0.5 + 0.3 * np.sign(np.sin(0.7 * t))[:, None]
+    records["measured"] = 0.5 + 0.4 * np.sin(0.7 * t - 0.4)[:, None] + rng.normal(0.0, 0.02, (steps, 2))
+    records["measured_newest_ns"] = np.where(np.arange(steps) < 20, -1, records["time_ns"] - 20_000_000)
+    records["measured"][rng.integers(0, steps, steps // 500)] = np.nan
+    return records
+
+
+def mpc(**changes: object) -> Mpc:
+    """The finger's controller, as shipped."""
+    return replace(fesloop.load("finger_control").wiring.node("controller").part, **changes)
+
+
+def mpc_program(block: Mpc, *wired: str):
+    return mpc_c.program(block, Context("control", clock=RateClock.from_rate(RATE)), frozenset(wired))
+
+
+def closed_loop(block: Mpc, kind: np.dtype, steps: int, seed: int) -> np.ndarray:
+    """Records of a run of the block on a finger that is 40 % stronger than its model, with a noisy sensor.
+
+    The reference asks for more than the finger can do; the sensor has pauses and values that are not finite.
+    """
+    rng = np.random.default_rng(seed)
+    plant = block.model.sampled(PERIOD_NS, 5_000_000)
+    records = np.zeros(steps + 1, kind)
+    t = np.arange(steps + 40) * 0.02
+    course = np.radians([30.0, 35.0, 20.0]) + np.radians([22.0, 28.0, 15.0]) * (
+        0.6 * np.sign(np.sin(0.9 * t)) + 0.4 * np.sin(2.3 * t))[:, None]
+    context = Context("block", clock=RateClock.from_rate(RATE))
+    state, tick, x, y = block.init(context), Tick(), np.zeros(len(plant.a)), plant.offset
+    captured, paused = -1, 0
+    for k in range(steps):
+        now = k * PERIOD_NS
+        record = records[k]
+        if "reference_preview" in kind.names:
+            record["reference_preview"] = course[k + 1:k + 1 + block.horizon]
+            record["reference_preview_newest_ns"] = now
+        else:
+            record["reference"], record["reference_newest_ns"] = course[k], now
+        record["time_ns"] = now
+        tick.index, tick.time_ns = k, now
+        samples = [
+            Sample(port.initial_value() if port.resolved else None, -1, -1, -1)
+            if port.name not in kind.names
+            else Sample(
+                np.array(record[port.name]),
+                int(record[f"{port.name}_newest_ns"]),
+                int(record[f"{port.name}_newest_ns"]),
+                now,
+            )
+            for port in block.inputs
+        ]
+        paused = rng.integers(10, 60) if paused == 0 and rng.random() < 0.002 else max(paused - 1, 0)
+        if k > 3 and not paused:
+            captured = now - AGE_NS - int(rng.integers(0, 9_000_000))
+            measured = y + rng.normal(0.0, np.radians(0.2), y.size)
+            if rng.random() < 0.001:
+                measured[0] = np.nan
+        if captured >= 0:
+            record["measured"] = measured
+        record["measured_newest_ns"] = captured
+        samples[2] = Sample(np.array(record["measured"]), captured, captured, now if captured >= 0 else -1)
+        (pulses,) = block.step(state, samples, tick)
+        drive = block.model.recruitment.fraction(pulses)
+        x = plant.a @ x + plant.b @ (1.4 * drive)
+        y = plant.c @ x + plant.offset
+    return records[:steps]
+
+
+def ilc(**changes: object) -> Ilc:
+    """The finger's controller, as shipped, with another law."""
+    return replace(fesloop.load("finger_ilc").wiring.node("controller").part, **{"law": "noilc"} | changes)
+
+
+def ilc_program(block: Ilc, *wired: str):
+    return ilc_c.program(block, Context("control", clock=RateClock.from_rate(RATE)), frozenset(wired))
+
+
+def trials(block: Ilc, kind: np.dtype, count: int, seed: int) -> np.ndarray:
+    """Trials of a finger that is 30 % stronger than its model; samples are late, noisy, lost or bad."""
+    rng = np.random.default_rng(seed)
+    plant = block.model.sampled(PERIOD_NS, 5_000_000)
+    context = Context("block", clock=RateClock.from_rate(RATE))
+    state, tick, rows = block.init(context), Tick(), []
+    steps = round(block.duration_s * 50) + 3
+    for trial in range(count):
+        if trial:
+            state = block.next_trial(state, context)
+            rows.append(np.zeros(1, kind))
+            rows[-1]["time_ns"] = NEXT_TRIAL
+        x, captured, records = np.zeros(len(plant.a)), -1, np.zeros(steps, kind)
+        bad = 0.4 if trial % 7 == 3 else 0.01
+        for k in range(steps):
+            now, record, y = k * PERIOD_NS, records[k], plant.c @ x + plant.offset
+            record["time_ns"] = now
+            record["reference"] = plant.offset + np.radians([8.0, 12.0, 6.0]) * (1.0 - np.cos(0.05 * k)) * (
+                k < 250
+            )
+            record["reference_newest_ns"] = now
+            if k > 2 and rng.random() > 0.05:
+                captured = now - 20_000_000 - int(rng.integers(0, 9_000_000))
+                measured = y + rng.normal(0.0, np.radians(0.3), 3)
+                if rng.random() < bad:
+                    measured[rng.integers(0, 3)] = np.nan
+            if captured >= 0:
+                record["measured"] = measured
+            record["measured_newest_ns"] = captured
+            tick.index, tick.time_ns = k, now
+            samples = [
+                Sample(port.initial_value() if port.resolved else None, -1, -1, -1) for port in block.inputs
+            ]
+            samples[0] = Sample(np.array(record["reference"]), now, now, now)
+            samples[1] = Sample(
+                np.array(record["measured"]), captured, captured, now if captured >= 0 else -1
+            )
+            if "measured_sd" in kind.names:
+                record["measured_sd"], record["trusted"] = rng.uniform(0.0, 0.28, 3), rng.random() > 0.02
+                samples[2] = Sample(np.array(record["measured_sd"]), now, now, now)
+                samples[3] = Sample(float(record["trusted"]), now, now, now)
+            (pulses,) = block.step(state, samples, tick)
+            x = plant.a @ x + plant.b @ (1.3 * block.model.recruitment.fraction(pulses))
+        rows.append(records)
+    return np.concatenate(rows)
