@@ -69,6 +69,7 @@ SHOTS = {
     "pinch": Shot(drawn="hand", at_s=(0.0, 2.0, 5.0, 8.4)),
     "open_close": Shot(drawn="hand"),
     "grasp_mpc": Shot(drawn="hand", at_s=_GRASP_S),
+    "grasp_emg": Shot(drawn="hand", at_s=(3.5, 6.2, 8.2, 11.0)),
     "pinch_mpc": Shot(drawn="hand", at_s=_GRASP_S),
     "key_mpc": Shot(drawn="hand", at_s=(1.5, 4.1, 5.5, 8.0)),
     "grasp_ilc": Shot(drawn="hand", at_s=_GRASP_S),

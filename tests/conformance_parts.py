@@ -47,6 +47,10 @@ def specimens():
         "kortier": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         **{kind: {"sensed": ("hand", "F2p", "F2m", "F2d"), **any_initial_pose(kind)}
            for kind in ("salchow_b", "salchow_m1", "salchow_m2")},
+        "intention": someone_who_tries(), "emg_effort": {"rest_s": (0.0, 0.2), "contraction_s": (0.2, 0.25)},
+        "triggered_phases": {"phases": a_triggered_grasp(), "hold_ms": 0.0, "refractory_s": 0.0,
+                             "preview": 3},
+        "proportional_posture": {"active_deg": {"finger_flexion": 60.0}, "preview": 3},
         "ideal": {"noise_deg": 0.3, "walk_deg": 0.1}, "error_replay": {"process": an_error_process()},
         "segment_calibration": {"method": "poses", "flat_s": (0.0, 0.1), "flexion_s": (0.1, 0.2),
                                 "assumed": (0,), "limits": any_pose()},
@@ -101,6 +105,26 @@ def a_quick_grasp():
     return (GraspPhase(name="rest", duration_s=0.05, deg=rest),
             GraspPhase(name="open", duration_s=0.15, move_s=0.1, deg={"wrist_extension": 20.0}),
             GraspPhase(name="close", duration_s=0.1, deg={"finger_flexion": 60.0}))
+
+
+def a_triggered_grasp():
+    """A hand that opens and closes at will."""
+    from controllers.reference.triggered import TriggeredPhase
+
+    return (TriggeredPhase(name="rest"),
+            TriggeredPhase(name="open", move_s=0.05, deg={"wrist_extension": 20.0}),
+            TriggeredPhase(name="close", move_s=0.05, deg={"finger_flexion": 60.0}))
+
+
+def someone_who_tries():
+    """Parameters of `intention` with two attempts, and no artefact, so that there is no input."""
+    from plants.intention.emg import EmgElectrode
+    from plants.intention.script import Attempt
+
+    return {"attempts": (Attempt(at_s=0.0, duration_s=0.1, action="extend_wrist"),
+                         Attempt(at_s=0.3, duration_s=0.1, muscles=("FCR", "shoulder"))),
+            "emg": (EmgElectrode(muscle="ECRL"), EmgElectrode(muscle="shoulder")),
+            "elsewhere": {"shoulder": 1.0}, "reaction_s": 0.05, "jitter_s": 0.01, "rise_s": 0.05}
 
 
 def a_short_reach():

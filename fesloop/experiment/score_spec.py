@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from fesloop.errors import InputError
@@ -14,6 +14,50 @@ from fesloop.experiment.record_spec import outputs_of
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IntentionScore:
+    """A person's attempts, and the signals that follow them.
+
+    Attributes
+    ----------
+    attempt: number of the attempt under way, 0 for none (`intention`).
+    phase: number of the reference's phase (`triggered_phases`, `proportional_posture`): a change to one above
+        0 is a trigger.
+    angles: true angles of the hand, rad.
+    after_s: attempts and triggers before do not count, such as those of a calibration.
+    grace_s: time after an effort in which a trigger still answers it (chosen).
+    move_deg: change of an angle since the trigger that counts as movement (chosen).
+    """
+
+    attempt: str
+    phase: str
+    angles: str
+    after_s: float = 0.0
+    grace_s: float = 0.5
+    move_deg: float = 3.0
+
+    def __post_init__(self) -> None:
+        for key in ("after_s", "grace_s"):
+            duration_ns(getattr(self, key), NS_PER_S, key)
+        if not 0.0 < self.move_deg < math.inf:
+            raise InputError("move_deg", f"{self.move_deg:g}", "above 0")
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Signals that are compared."""
+        return self.attempt, self.phase, self.angles
+
+    def faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> Iterator[InputError]:
+        """Faults: signals that do not exist, or are no single number; `shapes` are those of all outputs."""
+        for key in ("attempt", "phase", "angles"):
+            name = getattr(self, key)
+            if name not in shapes:
+                yield InputError(f"score.intention.{key}", f"there is no signal {name!r}",
+                                 ", ".join(sorted(shapes)))
+            elif key != "angles" and shapes[name] != ():
+                yield InputError(f"score.intention.{key}", f"{name!r} has shape {shapes[name]}", "one number")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +79,7 @@ class Score:
     tips: names of the fingertips, keys of their own metrics; empty: F1, F2, ...
     grasp: a grasp of an object. cycles: a contraction that repeats.
     search: a search for elements that cause a movement.
+    intention: a person's attempts, and how the hand follows them.
     after_s: initial part of each trial that is not scored. until_s: end of the scored part for joint angles,
         such as before an object is touched; None: the end of the trial.
     """
@@ -51,6 +96,7 @@ class Score:
     grasp: GraspScore | None = None
     cycles: CycleScore | None = None
     search: SearchScore | None = None
+    intention: IntentionScore | None = None
     after_s: float = 0.0
     until_s: float | None = None
 
@@ -71,6 +117,7 @@ class Score:
         inner = [("grasp", name) for _, name, _ in self.grasp.signals()] if self.grasp else []
         inner += [("cycles", self.cycles.signal)] if self.cycles else []
         inner += [("search", name) for name in self.search.signals] if self.search else []
+        inner += [("intention", name) for name in self.intention.signals] if self.intention else []
         faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
                   for key, name in signals if name is not None and name not in outputs]
         faults += [InputError(f"score.{key}", f"{name!r} is left out of the recording", "what is recorded",
@@ -91,7 +138,7 @@ class Score:
         faults += self._unit_faults(ports)
         faults += self._angle_faults(ports)
         faults += self._tip_faults(shapes)
-        for score in (self.grasp, self.cycles, self.search):
+        for score in (self.grasp, self.cycles, self.search, self.intention):
             faults += score.faults(shapes) if score is not None else ()
         if self.grasp is not None and self.grasp.pulses is not None:
             faults += _pulse_faults(self.grasp.pulses, nodes)
@@ -116,6 +163,7 @@ class Score:
         grasp = self.grasp.units() if self.grasp else ()
         read += [(f"grasp.{key}", name, unit) for key, name, unit in grasp]
         read += [("search.truth", self.search.truth, "rad")] if self.search else []
+        read += [("intention.angles", self.intention.angles, "rad")] if self.intention else []
         return [_unit_fault(f"score.{key}", name, ports[name].unit, unit)
                 for key, name, unit in read if name in ports and ports[name].unit != unit]
 

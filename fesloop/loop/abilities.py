@@ -104,6 +104,7 @@ class Surroundings:
     way: str = ""
     coming: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     actuation_ns: float | None = None
+    followers: Mapping[str, str] = field(default_factory=dict)
     age_ns: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -252,6 +253,17 @@ class Listens(Protocol):
         """Reports of an instant that has been run: (instant, block, status, detail) each."""
 
 
+class Captures(Protocol):
+    """A block whose outputs are captured when it steps, whatever it reads, such as a stimulated person's EMG.
+
+    Its step sets `tick.captured_ns` to its instant.
+    """
+
+    @property
+    def captures(self) -> bool:
+        """True if it does with its parameters."""
+
+
 class HasStandIn(Protocol):
     """A block that a rehearsal of a run must not touch."""
 
@@ -363,7 +375,7 @@ class Glances(Protocol):
 COMMON: tuple[type, ...] = (Designs, Learns, Closes, Resolves, UsesSensors, ExplainsInputs, Linear, Warns)
 OF_BLOCKS: tuple[type, ...] = (
     *COMMON, HasClock, StepsThrough, ChecksPlace, WarnsInPlace, Delays, LimitsAge, Attaches, AwaitsArrivals,
-    Listens, HasStandIn, Seeks, Guarded, ChecksGuard, Guards, Interlocks, NeedsStillness)
+    Listens, Captures, HasStandIn, Seeks, Guarded, ChecksGuard, Guards, Interlocks, NeedsStillness)
 OF_PLANTS: tuple[type, ...] = (
     *COMMON, Ignores, Observes, AdvancesThrough, AdvancesSteps, Reports, Glances)
 

@@ -18,8 +18,10 @@ from fesloop.errors import InputError
 from fesloop.loop.abilities import (
     AgeLimit,
     Attaches,
+    Captures,
     ChecksPlace,
     Closes,
+    Delays,
     LimitsAge,
     Surroundings,
     WarnsInPlace,
@@ -85,7 +87,22 @@ def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
                                                                        connection.source_port, duration_ns)
               for connection in wiring.connections
               if connection.target is node and is_source(connection.source)}
-    return Surroundings(loop_ns=loop_ns, way=way, coming=coming)
+    return Surroundings(loop_ns=loop_ns, way=way, coming=coming, followers=_followers(wiring, node))
+
+
+def _followers(wiring: Wiring, node: Node) -> dict[str, str]:
+    """Readers of a node that follow it in no fixed time, by its output port."""
+    found: dict[str, str] = {}
+    for each in wiring.connections:
+        reader = each.target
+        if each.source is not node or not offers(reader.part, Delays):
+            continue
+        read = each.target.part.inputs[each.target_port].name
+        for passage in reader.part.passages(reader.context(wiring.seed, 0)):
+            if passage.later and read in passage.inputs:
+                port = node.part.outputs[each.source_port].name
+                found[port] = f"{reader.name!r} follows it {passage.later}"
+    return found
 
 
 def is_source(node: Node) -> bool:
@@ -139,7 +156,7 @@ def too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
     ages: _Ages = {}
     replaced = [_substitute(node, [look for look, (of, *_) in zip(looks, watched, strict=True) if of is node],
                             ages) for node in wiring.nodes if node.name in kept]
-    wires = [c.wire for c in wiring.connections if c.target.name in kept and not c.target.is_plant]
+    wires = [each.wire for name in kept for each in _into(wiring, name)]
     Loop(Wiring(replaced, wires, wiring.seed)).run_until(max(horizon_ns - 1, 0))
     found = []
     for look, (node, _, connection) in zip(looks, watched, strict=True):
@@ -195,6 +212,7 @@ class _Block:
     looks: Sequence[_Look]
     name: str
     ages: _Ages
+    captures: bool
 
     def init(self, context: Context) -> None:
         return None
@@ -207,6 +225,8 @@ class _Block:
                 if sample.present:
                     total, ticks = self.ages.get((self.name, port, since), (0.0, 0))
                     self.ages[self.name, port, since] = total + (tick.time_ns - stamp_ns), ticks + 1
+        if self.captures:
+            tick.captured_ns = tick.time_ns
         return (0.0,) * len(self.outputs)
 
 
@@ -240,7 +260,7 @@ def _substitute(node: Node, looks: Sequence[_Look], ages: _Ages) -> Node:
     # A measured execution time is not known beforehand; zero makes nothing younger.
     execution = ZERO if node.execution.kind == "measured" else node.execution
     return Node(node.name, _Block(inputs=inputs, outputs=outputs, looks=looks, name=node.name,
-                                  ages=ages), clock, execution=execution)
+                                  ages=ages, captures=_captures(node)), clock, execution=execution)
 
 
 def _upstream(wiring: Wiring, nodes: Sequence[Node]) -> set[str]:
@@ -255,8 +275,14 @@ def _upstream(wiring: Wiring, nodes: Sequence[Node]) -> set[str]:
 
 
 def _into(wiring: Wiring, name: str) -> Iterator[Connection]:
-    """Connections to a block; inputs of a plant decide on no stamp."""
-    return (c for c in wiring.connections if c.target.name == name and not c.target.is_plant)
+    """Connections to a block; inputs of a plant, or of a block that captures, decide on no stamp."""
+    return (c for c in wiring.connections
+            if c.target.name == name and not c.target.is_plant and not _captures(c.target))
+
+
+def _captures(node: Node) -> bool:
+    """True for a block whose outputs are captured when it steps."""
+    return offers(node.part, Captures) and node.part.captures
 
 
 def _ticks_per_s(wiring: Wiring, kept: set[str]) -> float:
@@ -275,7 +301,7 @@ def _in_words(wiring: Wiring, node: Node, look: _Look, horizon_ns: int) -> str:
                 f"trial began: {limit.then}; look at latency and loss of the wires that lead to it")
     text += f"is at least {look.least_ns / NS_PER_MS:.9g} ms old whenever it is read"
     nodes = _upstream(wiring, [node])
-    behind = [c for c in wiring.connections if c.target.name in nodes and not c.target.is_plant]
+    behind = [each for name in sorted(nodes) for each in _into(wiring, name)]
     slowest = max(behind, key=lambda c: c.wire.latency_ns)
     wire = f" (wire {slowest.wire.name}: {slowest.wire.latency_ns / NS_PER_MS:g} ms)" \
         if slowest.wire.latency_ns else ""

@@ -210,6 +210,9 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
     if kind == "muscles":
         model = own.get("model")
         return _plain(muscles(patient, model if isinstance(model, str) else ""))
+    if kind == "intention":
+        able = patient.voluntary
+        return {"voluntary_limit": able.limit, "voluntary_limits": dict(able.muscles)}
     if kind == "electrodes":
         elements = _elements(own.get("arrays"))
         parameters = electrodes(patient, elements)

@@ -21,6 +21,7 @@ from fesloop.loop.abilities import (
     AdvancesSteps,
     AdvancesThrough,
     AgeLimit,
+    Captures,
     Delays,
     Designs,
     ExplainsInputs,
@@ -235,6 +236,14 @@ def guarded(kind, block):
     assert set(block.guarded) <= names(block.inputs)
 
 
+def captures(kind, block):
+    """What it says of its stamps is so."""
+    tick = Tick()
+    tick.time_ns = 10 * NS_PER_MS
+    block.step(block.init(parts.context(kind)), parts.feed(block, 1)[0], tick)
+    assert (tick.captured_ns == tick.time_ns) == block.captures
+
+
 def interlocks(kind, block):
     assert block.interlock in names(block.inputs)
 
@@ -318,9 +327,9 @@ def glances(kind, block):
 
 CHECKS = {NeedsStillness: needs_stillness, Designs: designs, Learns: learns, Resolves: resolves,
           ExplainsInputs: explains_inputs, Warns: warns, HasClock: has_clock,
-          Delays: delays, LimitsAge: limits_age, Guarded: guarded, Interlocks: interlocks, Ignores: ignores,
-          AdvancesThrough: advances_through, AdvancesSteps: advances_steps, StepsThrough: steps_through,
-          Reports: reports, Glances: glances}
+          Delays: delays, LimitsAge: limits_age, Captures: captures, Guarded: guarded,
+          Interlocks: interlocks, Ignores: ignores, AdvancesThrough: advances_through,
+          AdvancesSteps: advances_steps, StepsThrough: steps_through, Reports: reports, Glances: glances}
 CHECKED_ELSEWHERE = {
     "Observes": "above", "Linear": "tests/models/test_linear_form.py", "Closes": "tests/loop/test_devices.py",
     "UsesSensors": "tests/streams/blocks/test_join.py", "ChecksPlace": "tests/loop/test_surroundings.py",

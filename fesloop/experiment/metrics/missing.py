@@ -18,6 +18,8 @@ _REASONS = (
     ("found", "the search had found nothing by the end"),
     ("optimum_share", "the search had found nothing by the end"),
     ("decline_pct", "the trial ended before the last cycle, or the first cycle has no peak"),
+    ("intention_to_reference", "no attempt was answered by a trigger"),
+    ("intention_to_movement", "no attempt was answered by a trigger, or the hand did not move after it"),
     ("orientation", "the tracker gave no orientation while the reference had one"),
     ("relative_angle", "the tracker gave no orientation while the reference had one"),
 )

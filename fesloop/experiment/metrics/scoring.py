@@ -86,6 +86,10 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
         metrics |= cycle_metrics(recording, score.cycles)
     if score.search is not None:
         metrics |= search_metrics(recording, score.search)
+    if score.intention is not None:
+        from fesloop.experiment.metrics.intention import intention_metrics
+
+        metrics |= intention_metrics(recording, score.intention)
     for name, times in recording.step_times_ns.items():
         if times.size:
             median, p99 = np.percentile(times, [50, 99]) / 1e3

@@ -19,7 +19,7 @@ from fesloop.experiment.metrics.words import definitions_of, groups
 ROOT = Path(__file__).resolve().parents[3]
 DEFINITIONS = [each for group in groups() for each in group.definitions]
 NAMES = sorted({text for each in DEFINITIONS for text in (each.name, *each.shown)})
-METRICS = ("cycles", "grasp", "lateness", "orientation", "scoring", "search")
+METRICS = ("cycles", "grasp", "intention", "lateness", "orientation", "scoring", "search")
 NO_NUMBERS = {
     "", "case", "node", "kind", "ticks", "takes", "from", "to", "latency", "late messages", "status",
     "detail", "stage, ms", "option", "description", "name", "key", "exactly", "number", "unit",

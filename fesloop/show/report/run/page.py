@@ -16,6 +16,7 @@ from fesloop.show.report.recorded_hand import TRUTH
 from fesloop.show.report.run.events import events_section
 from fesloop.show.report.run.experiment import experiment_section
 from fesloop.show.report.run.fatigue import fatigue_section
+from fesloop.show.report.run.intention import intention_section
 from fesloop.show.report.run.known import Known, known_of
 from fesloop.show.report.run.latency import latency_section
 from fesloop.show.report.run.lateness import lateness_section
@@ -52,6 +53,7 @@ _SECTIONS: tuple[tuple[str, str, Build], ...] = (
     ("search", "The search", _search_section),
     ("trials", "Error per trial", trials_section),
     ("tracking", "Tracking by joint", tracking_section),
+    ("intention", "Intention", intention_section),
     ("split", "Error: the tracker's share and the controller's", split_section),
     ("stimulation", "Stimulation", stimulation_section),
     ("latency", "Latency budget", latency_section),
