@@ -9,6 +9,7 @@ import fesloop
 from controllers.reference.triggered import TriggeredPhase, TriggeredPhases
 from estimators.emg_effort import EmgEffort
 from fesloop.errors import InputError, InputErrors
+from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.movements import muscle
 from fesloop.loop.nodes import Node
@@ -181,3 +182,9 @@ def test_artefacts_of_stimulation_are_triggers_missed_and_blanking_brings_them_b
                         for ms in (0.0, 2.5))
     assert without["missed_triggers"][0] >= 1
     assert blanked["missed_triggers"] == [0]
+
+
+def test_what_a_stimulated_person_puts_out_is_captured_now():
+    """Else commands would derive, round the loop, from ever older captures, and be withheld as too old."""
+    experiment = fesloop.load("grasp_emg", ["intention=trigger_wrist"])
+    assert "always_too_old" not in {status for _, status, _ in experiment_cautions(experiment, blocks=False)}
