@@ -88,7 +88,7 @@ class SweepIdentified:
             for c, curve in enumerate(choice.curves)]
         return {"patient": model.patient, "outputs": list(model.outputs), "rate": model.rate,
                 "order": int(model.model.a.shape[0]), "delay_ms": model.model.delay_ns / 1e6,
-                "held_out_s": 0.0, "fit_percent": {"sweep": dict(model.fit["sweep"])}, "channels": channels,
+                "fit_percent": {"sweep": dict(model.fit["sweep"])}, "channels": channels,
                 "missed_deg": {posture.name: dict(zip(model.outputs, row.tolist(), strict=True))
                                for posture, row in zip(self.task, choice.missed_deg, strict=True)},
                 "doubts": self.doubts(), "lags_s": self.lags_s.tolist(),

@@ -26,7 +26,7 @@ NO_NUMBERS = {
     "what it is", "angle", "electrode", "pulses", "muscle", "output", "channel", "joint", "--set",
     "needs", "in", "options, the default first", "--form", "what it is, and what the form costs",
     "who it is", "table", "row", "pattern", "parent's axis", "child's axis", "sensor", "w x y z",
-    "other", "marker", "centre m", "rotation w x y z", "origin m"}
+    "other", "marker", "stream", "type", "centre m", "rotation w x y z", "origin m"}
 """Headings of columns that hold names, words or vectors."""
 INNER = {"from_ms", "instants", "p50", "p99", "worst", "median", "hold", "opening", "contact", "rmse"}
 """Keys within a number, which its definition explains."""

@@ -37,7 +37,18 @@ def moved(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def given(moved, tmp_path_factory):
+def swept(tmp_path_factory):
+    """Model with channels of its own, from a sweep over some elements."""
+    folder = tmp_path_factory.mktemp("swept")
+    elements = [16, 17, 9, 28, 29, 43, 44, 46, 49, 50, 51, 53]
+    settings = [f"blocks.sweep.elements={elements}", "experiment.duration_s=35"]
+    recording = fesloop.load("sweep_grasp", settings).run(folder).recording
+    fesloop.identify(recording).save(folder / "swept.toml")
+    return folder / "swept.toml"
+
+
+@pytest.fixture(scope="module")
+def given(moved, swept, tmp_path_factory):
     """Settings that name the files which an option of an experiment cannot do without."""
     folder = tmp_path_factory.mktemp("given")
     finger = fesloop.load("finger_control", ["experiment.duration_s=1"]).run(folder).recording
@@ -46,6 +57,8 @@ def given(moved, tmp_path_factory):
     def files(name, option):
         if option == "error_replay" or (name == "hil_error_replay" and option != "ideal"):
             return [f"error={folder / 'error.toml'}"]
+        if option == "model":
+            return [f"model={swept}", "follow=fingers"]
         if name == "hil_twin":
             return [f"recording={moved if option == 'hand' else finger}"]
         return [f"reference_file={moved}"] if option == "recorded" else []
