@@ -163,6 +163,9 @@ class EmgEffort:
     def init(self, context: Context) -> EmgEffortState:
         """State before the calibration."""
         period_s = context.clock.period_s if context.clock is not None else 0.0
+        if self.cutoff_hz * period_s >= 0.5:
+            raise InputError(f"{context.name}.cutoff_hz", f"{self.cutoff_hz:g}",
+                             f"below {0.5 / period_s:g}, half the block's rate")
         windows = [(duration_ns(window[0], NS_PER_S, key), duration_ns(window[1], NS_PER_S, key))
                    for key, window in (("rest_s", self.rest_s), ("contraction_s", self.contraction_s))]
         return EmgEffortState(-math.expm1(-2.0 * math.pi * self.cutoff_hz * period_s),

@@ -34,7 +34,7 @@ GREATEST_MA = 34.0
 _BEFORE_S, _LAST_S = 0.15, 0.08
 """Spans of time before a turn, and at the end of a current, over which the posture is averaged (chosen)."""
 _SWEEP = "sweep"
-_FAR_DEG = 10.0
+_FAR_DEG = 8.0
 """Error in a posture that is reported (chosen: a hand that opens as little cannot be given its object)."""
 
 

@@ -101,9 +101,9 @@ contradicts the initial pose that a tracker was given, or its gyroscopes missed 
 no channel gave a pulse, or the safety block took stimulation away, or most of it. failed: a part failed,
 such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
-turning. not_held: the object, in the last trial. no_better: joints followed worse than had they not moved.
-rose: the last trial's error is more than a tenth above the first one's, or twice the least and a degree above
-it, where the trials are `comparable`.
+turning. not_held: the object, in the last trial, or the person's attempts were not answered. no_better:
+joints followed worse than had they not moved. rose: the last trial's error is more than a tenth above the
+first one's, or twice the least and a degree above it, where the trials are `comparable`.
 """
 
 
@@ -111,8 +111,8 @@ def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -
     """Find the troubles of a run, the most important first; `cause` of its failure, if known."""
     found = (_broken_off(recording, cause), _recording(recording), _pose(recording),
              _safety(recording, metrics), _failures(recording),
-             (*_notes(recording), *_other_axis(metrics)), _not_held(metrics), _no_better(metrics),
-             _rose(recording, metrics))
+             (*_notes(recording), *_other_axis(metrics)), (*_unanswered(metrics), *_not_held(metrics)),
+             _no_better(metrics), _rose(recording, metrics))
     every = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
     return every if comparable(every) else [each for each in every if each.kind != "rose"]
 
@@ -325,6 +325,15 @@ def _other_axis(metrics: Mapping[str, Any]) -> Iterator[str]:
         yield (f"angles are about z, about which little of the joints' turning is: {which}{more}: they rest "
                "on sensors whose axes are their segments'; state them (`sensors.NAME.axes` in the layout) or "
                "calibrate (block `segment_calibration`), unless a joint does not flex")
+
+
+def _unanswered(metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Attempts of the last trial that no trigger answered."""
+    missed, answered = metrics.get("missed_triggers"), metrics.get("intention_to_reference_s")
+    if isinstance(missed, list) and missed and missed[-1]:
+        never = isinstance(answered, list) and answered and not _finite(answered[-1])
+        yield (f"{missed[-1]} of the person's attempts were not answered"
+               + (": the reference never moved, and errors are those of a hand at rest" if never else ""))
 
 
 def _not_held(metrics: Mapping[str, Any]) -> Iterator[str]:

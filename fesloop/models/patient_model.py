@@ -277,10 +277,13 @@ def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> N
                 raise InputError(f"{path}: arrays", f"the model is of {value or 'the usual arrays'}",
                                  f"{wanted[key] or 'the usual arrays'}, as this experiment has",
                                  "identify with these arrays: docs/howto/own_array.md")
+            remedy = {"patient": "identify this one, or say --set any_patient=true",
+                      "outputs": "identify with these, or choose those of the model: --set follow=..."}
+            if model.grasping:
+                remedy["electrodes"] = "take the model's own: --set channels=model"
             raise InputError(f"{path}: {key}", f"the model is of {_words(value)}",
                              f"{_words(wanted[key])}, as this experiment has",
-                             "identify this one, or say any_patient = true" if key == "patient"
-                             else "identify with these, or change the experiment")
+                             remedy.get(key, "identify with these, or change the experiment"))
     if now and model.patient_fingerprint not in ("", now):
         raise InputError(f"{path}: patient_fingerprint",
                          f"the model is of {model.patient!r} as {model.patient_fingerprint[:12]}",

@@ -22,7 +22,8 @@ from fesloop.streams.labels import GRAVITY, factor, is_unit, read_label
 _KINDS = ("gyr", "acc", "mag")
 _GRAVITY_IN = {"m/s^2": GRAVITY, "g": 1.0, "mg": 1e3}
 _GRAVITY_WITHIN = 0.15
-"""Relative deviation of the median length of accelerations from gravity (chosen)."""
+"""Relative deviation of the median length of accelerations from gravity; half of them are within twice as
+much, which rates, small at rest and large in motion, are not (chosen)."""
 _EARTH_IN = {"uT": 1.0, "gauss": 1e-2, "mgauss": 10.0, "nT": 1e3, "mT": 1e-3, "T": 1e-6}
 _EARTH_UT = (18.0, 90.0)
 """Fields that magnetometers measure, uT: the earth's is 23 to 67 (NOAA, World Magnetic Model 2025)."""
@@ -110,18 +111,8 @@ def _by_values(columns: Sequence[Labelled], notes: list[str]) -> list[Triple]:
     triples: list[Triple] = []
     for stream in dict.fromkeys(column.stream for column in columns):
         own = [column for column in columns if column.stream == stream and np.isfinite(column.values).any()]
-        at, starts = 0, []
-        while at + 3 <= len(own):
-            if gravity_unit(np.column_stack([column.values for column in own[at:at + 3]])):
-                starts.append(at)
-                at += 3
-            else:
-                at += 1
-        gyr_first = bool(starts) and all(start >= 3 and start - 3 not in starts for start in starts)
-        for start in starts:
-            gyr = start - 3 if gyr_first else start + 3
-            if gyr + 3 > len(own) or gyr in starts:
-                continue
+        pairs, gyr_first = _pairs(own)
+        for gyr, start in pairs:
             labels = [column.label for each in (gyr, start) for column in own[each:each + 3]]
             alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*labels, strict=False))
             sensor = "".join(letters[0] for letters in alike).rstrip("_-. ") \
@@ -137,13 +128,38 @@ def _by_values(columns: Sequence[Labelled], notes: list[str]) -> list[Triple]:
     return triples
 
 
+def _pairs(own: Sequence[Labelled]) -> tuple[list[tuple[int, int]], bool]:
+    """First columns of gyroscopes and their accelerometers, and whether gyroscopes come first.
+
+    Gravity is also in the window one column beside an accelerometer's, as far as the neighbour is small. Of
+    all ways to divide the columns into threes, and of the one that takes gravity where it comes first, that
+    with the most pairs is taken, of equals the one that begins earliest.
+    """
+    def has_gravity(at: int) -> bool:
+        return bool(gravity_unit(np.column_stack([column.values for column in own[at:at + 3]])))
+
+    def paired(starts: list[int]) -> tuple[list[tuple[int, int]], bool]:
+        first = bool(starts) and all(start >= 3 and start - 3 not in starts for start in starts)
+        beside = [(start - 3 if first else start + 3, start) for start in starts]
+        return [(gyr, start) for gyr, start in beside if gyr + 3 <= len(own) and gyr not in starts], first
+
+    anywhere, at = [], 0
+    while at + 3 <= len(own):
+        if has_gravity(at):
+            anywhere.append(at)
+        at += 3 if has_gravity(at) else 1
+    ways = [[at for at in range(offset, len(own) - 2, 3) if has_gravity(at)] for offset in range(3)]
+    return max(map(paired, [*ways, anywhere]), key=lambda way: len(way[0]))
+
+
 def gravity_unit(samples: Array) -> str:
     """Unit in which samples (n, 3) are those of an accelerometer in quiet motion; empty for none."""
     length = np.linalg.norm(samples, axis=1)
     known = length[np.isfinite(length)]
     middle = float(np.median(known)) if known.size else 0.0
     return next((unit for unit, gravity in _GRAVITY_IN.items()
-                 if abs(middle / gravity - 1.0) < _GRAVITY_WITHIN), "")
+                 if abs(middle / gravity - 1.0) < _GRAVITY_WITHIN
+                 and float(np.median(np.abs(known / gravity - 1.0))) < 2.0 * _GRAVITY_WITHIN), "")
 
 
 def units_of(triples: Sequence[Triple], times_s: Array | None, notes: list[str]) -> dict[str, str]:

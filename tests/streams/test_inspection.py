@@ -119,6 +119,27 @@ def test_columns_without_a_name_are_known_by_gravity(tmp_path, sensors, order, s
             np.testing.assert_allclose(getattr(recording, kind)[:, number], own[kind], atol=1e-4)
 
 
+@given(st.integers(1, 3), st.permutations(["gyr", "acc"]), st.sampled_from(["rad/s", "deg/s"]),
+       st.sampled_from(["m/s^2", "g"]), st.booleans(), st.integers(0, 99))
+@SAFE
+def test_a_sensor_that_rests_first_is_not_taken_a_column_too_early(
+        tmp_path, sensors, order, rate, force, timed, seed):
+    """Gravity along an axis is in the window beside the accelerometer's, too, where rates are small."""
+    samples = motion(400, sensors, seed)
+    scale = {"gyr": UNITS["gyr"][rate], "acc": UNITS["acc"][force]}
+    rng, columns = np.random.default_rng(seed), []
+    for own in samples:
+        still = {"gyr": rng.normal(0.0, 2e-3, (400, 3)),
+                 "acc": np.roll([9.80665, 0.0, 0.0], rng.integers(3)) + rng.normal(0.0, 0.03, (400, 3))}
+        columns += [scale[kind] * np.vstack([still[kind], own[kind]]) for kind in order]
+    times = [0.01 * np.arange(800.0)[:, np.newaxis]] if timed else []
+    np.savetxt(tmp_path / "lab.txt", np.hstack([*times, *columns]), fmt="%.7f")
+    found = inspect(tmp_path / "lab.txt")
+    first = len(times)
+    places = {kind.columns[0] for kind in found.kinds}
+    assert places == {f"{first + 3 * k + 1}" for k in range(2 * sensors)}
+
+
 @given(st.integers(0, 99), st.lists(st.integers(20, 380), max_size=3, unique=True), st.integers(4, 30))
 @SAFE
 def test_gaps_of_a_table_are_found(tmp_path, seed, cuts, length):

@@ -211,7 +211,8 @@ def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
                          help="the file to write, such as motion.h5; of an .ssp a new folder")
     command.add_argument("--out", metavar="TARGET", dest="out", help="the same")
     command.add_argument("--inspect", action="store_true", help="print streams, rates, gaps and units of "
-                         "SOURCE, and write a layout to start from, as TARGET (SOURCE.layout.toml)")
+                         "SOURCE, and write a layout to start from, as TARGET (default: "
+                         "SOURCE with .layout.toml in place of its ending)")
     command.add_argument("--stimulation", action="store_true", help="SOURCE holds torque, force or movement "
                          "against pulse width and current (docs/howto/stimulation_recordings.md)")
     command.add_argument("--rate", metavar="HZ", help="of an .ssp: communication points (default: 1000)")

@@ -253,6 +253,11 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     if "patient" in required and model.day != day:
         notes.append(f"{name} was identified on {_day(model.day)}, and this is {_day(day)}: electrodes, "
                      "skin, strength and thresholds differ between days; identify again if control is poor")
+    choice = document.get("patient")
+    if patient_known and "patient" not in required and choice and model.patient_fingerprint not in (
+            "", patient_fingerprint(choice)):
+        notes.append(f"{name} is of {model.patient}, and this is {describe(choice)}: another person "
+                     "(any_patient = true)")
     table.setdefault("current_ma", list(model.current_ma))
     found: dict[str, Any] = plain(model.model)
     return found

@@ -8,6 +8,7 @@ import pytest
 import fesloop
 from controllers.reference.triggered import TriggeredPhase, TriggeredPhases
 from estimators.emg_effort import EmgEffort
+from fesloop.apps.cli import main
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.recording.reading import Recording
@@ -188,3 +189,9 @@ def test_what_a_stimulated_person_puts_out_is_captured_now():
     """Else commands would derive, round the loop, from ever older captures, and be withheld as too old."""
     experiment = fesloop.load("grasp_emg", ["intention=trigger_wrist"])
     assert "always_too_old" not in {status for _, status, _ in experiment_cautions(experiment, blocks=False)}
+
+
+def test_a_person_whose_attempts_are_not_answered_is_the_first_thing_said(tmp_path, capsys):
+    assert main(["run", "grasp_emg", "--set", "blocks.reference.hold_ms=100000", "--out", str(tmp_path)]) == 0
+    first = capsys.readouterr().err.splitlines()[0]
+    assert first.startswith("fesloop: 3 of the person's attempts were not answered")
