@@ -254,10 +254,11 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
         notes.append(f"{name} was identified on {_day(model.day)}, and this is {_day(day)}: electrodes, "
                      "skin, strength and thresholds differ between days; identify again if control is poor")
     choice = document.get("patient")
-    if patient_known and "patient" not in required and choice and model.patient_fingerprint not in (
-            "", patient_fingerprint(choice)):
-        notes.append(f"{name} is of {model.patient}, and this is {describe(choice)}: another person "
-                     "(any_patient = true)")
+    if patient_known and "patient" not in required and choice:
+        own = describe(_without_occasion(choice))
+        if model.patient.partition(", day ")[0] != own:
+            notes.append(f"{name} is of another person: of {model.patient or 'a plant without one'}, and "
+                         f"this is {own} (any_patient = true)")
     table.setdefault("current_ma", list(model.current_ma))
     found: dict[str, Any] = plain(model.model)
     return found

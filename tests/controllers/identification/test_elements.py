@@ -134,6 +134,12 @@ def test_a_posture_that_no_element_reaches_is_said(swept):
     assert told == far
 
 
+@pytest.mark.parametrize(("member", "told"), [([], False), (["cohort=1", "member=3"], True)])
+def test_a_model_of_another_person_is_taken_with_a_word(member, told):
+    notes = load("grasp_mpc", [*member, "any_patient=true"]).notes
+    assert any("is of another person: of sci_c6" in note for note in notes) is told
+
+
 def test_a_model_without_channels_of_its_own_is_refused():
     with pytest.raises(InputError, match=r"model.channels: true, and grasp_sci_c6 has no channels"):
         load("grasp_mpc", ["channels=model"])
