@@ -38,7 +38,8 @@ SETTINGS = {"grasp_ilc": ["trials=2"], "open_close_ilc": ["trials=2"], "tracker_
 LEFT_OUT = {"array_search_exhaustive", "array_search_magnets", "array_search_two_phase", "hil_live",
             "hil_dry_stimulator", "hil_twin", "hil_error_replay", "hil_replay", "replay"}
 """Experiments left out: long searches, and those that need a stream, a clock or a file (tests run them)."""
-SKIPPED = {("plant", "myohand"), ("tracker", "error_replay"), ("reference", "recorded")}
+SKIPPED = {("plant", "myohand"), ("tracker", "error_replay"), ("reference", "recorded"),
+           ("channels", "model")}
 """Options that need an extra or a file."""
 SWEEPS = {
     "grasp_mpc": ("tracker_latency_ms", (0, 100, 200), (1, 2, 3)),
