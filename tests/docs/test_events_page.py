@@ -84,7 +84,7 @@ INDIRECT = {
 _REPORTS = re.compile(r"report\(|_latch\(|\.put\(|reports\.extend|events\.append|def cautions")
 _STATUS = re.compile(r"[a-z]+(_[a-z]+)*")
 _NOT_REPORTED = {"solved", "kept", "max_gap_ms", "q", "lower", "upper", "lam", "iterations", "status",
-                 "detail"}
+                 "detail", "candidates", "elements"}
 """Other strings of the same form in these places."""
 
 
