@@ -62,7 +62,7 @@ def specimens():
                    "amplitude_deg": {"finger_flexion": 30.0}, "shape": "open_close", "preview": 2},
         "programme": {"times_s": (0.1, 0.3), "current_ma": ((20.0, 10.0),), "cycle_s": 0.35,
                       "width_us": ((0.0, 100.0), (300.0, 50.0))},
-        "element_sweep": {"count": 6, "stair_s": 0.01, "rest_s": 0.02, "enough_deg": 5.0},
+        "element_sweep": {"count": 6, "stair_s": 0.01, "rest_s": 0.02, "enough_deg": 40.0},
         "point_search": a_hasty_search(),
         "select": {"indices": (2, 0)}, "join": {"unit": "T"},
         "synergies": {},
