@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import Body
 from estimators.body.joint_constraints import HINGE, SADDLE, JointTable
 from estimators.constrained.agreement import COLUMNS
 from estimators.constrained.measurements import N
@@ -104,30 +103,6 @@ _MET = np.radians(10.0)
 """Distance below which two hypotheses are one, rad (chosen: well within the convergence of a filter)."""
 _FIRST_TILT = 0.3
 """Sd of the first sample's vertical, rad: 3 m/s^2 of acceleration against gravity (chosen)."""
-
-
-_ACROSS = 0.02
-"""Sd of a sensor's place across its segment, m (chosen: half of a finger's thickness, and of a palm's)."""
-
-
-def expected_levers(body: Body | None, table: JointTable, sd: float) -> tuple[Array, Array]:
-    """Lever arms of each joint's sensors, (joints, 6), m, and their sds, from the lengths of their segments.
-
-    A sensor sits somewhere along its segment. `sd`, m, holds for segments without a length, as a tree's root
-    and joints without a body have; the joint's centre is expected there.
-    """
-    levers, sds = np.zeros((2, len(table.ends), 2, 3))
-    sds[:] = sd
-    if body is None:
-        return levers.reshape(-1, 6), sds.reshape(-1, 6)
-    bases, bones = body.tree.geometry[:, 3], body.tree.geometry[:, 4]
-    spread = np.sqrt(_ACROSS ** 2 + bones ** 2 / 12.0)
-    parents, children = body.sensed[table.ends].T
-    for side, segments, places in ((0, parents, -0.5 * bones[parents] - bases[children]),
-                                   (1, children, 0.5 * bones[children])):
-        has = bones[segments].any(axis=1)
-        levers[has, side], sds[has, side] = places[has], spread[segments[has]]
-    return levers.reshape(-1, 6), sds.reshape(-1, 6)
 
 
 class Unknown(NamedTuple):

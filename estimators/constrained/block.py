@@ -44,7 +44,7 @@ from estimators.calibration.pose_evidence import (
     taken,
 )
 from estimators.constrained.agreement import judge, learn_levers_anew
-from estimators.constrained.beginning import Hypotheses, Unknown, expected_levers
+from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.filter import LOST, SOUND
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
 from estimators.constrained.lateness import Lateness, advanced, ahead
@@ -233,8 +233,7 @@ class ConstrainedTracker:
     force_sd: sd of the shared acceleration, m/s^2 (chosen: soft tissue; the sensor's own noise is a tenth).
     spin_sd_m: increase of that sd for each rad^2/s^2 of rotation, m (chosen: a joint's centre moves by 3 cm).
     force_time_s: correlation time of its error, s (chosen: that of tissue at 10 rad/s).
-    lever_sd_m: initial sd of the vector from a joint's centre to its sensors, m, each axis, where no length
-        of their segments is known; else each sensor sits somewhere along its segment.
+    lever_sd_m: initial sd of the vector from a joint's centre to its sensors, m, each axis.
     range_sd_deg: tolerance of a joint's range, beyond the mounting's (S19 clips hard; 3 is chosen).
     untracked_deg_s: rms rate of a segment about each axis while a sample is missing (chosen: a finger in
         motion). A joint is unseen once that rate would have turned it by pi.
@@ -495,7 +494,8 @@ class ConstrainedTracker:
             tree = self.body.tree
             relative = relative_orientations(tree, known_angles(tree, self.initial_angles_deg))
             pose = relative[self.body.sensed[table.ends[:, 1]]]
-        levers, lever_sd = expected_levers(self.body, table, self.lever_sd_m)
+        levers = np.zeros((len(table.ends), 6))
+        lever_sd = np.full_like(levers, self.lever_sd_m)
         return Unknown(math.hypot(*self._sds()), math.radians(self.bias_sd_deg_s), levers, lever_sd, pose,
                        math.radians(self.pose_sd_deg))
 

@@ -4,19 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from jointed_parts import Errors, Jointed, away
 from tracker_parts import run_tracker
 
-from estimators.body.body import body_of
-from estimators.body.joint_constraints import Joint, body_table
+from estimators.body.joint_constraints import Joint
 from estimators.constrained import ConstrainedTracker
-from estimators.constrained.beginning import expected_levers
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
-from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.skeleton import dorsal_points
 from fesloop.streams.files import open_recording
 
 SADDLE = (Joint(parent=0, child=1, kind="saddle", child_axis=(1.0, 0.0, 0.0)),)
@@ -122,24 +116,3 @@ def test_a_pose_needs_a_body_and_a_time():
         ConstrainedTracker(sensors=5, initial_pose_s=1.0)
     with pytest.raises(InputError, match="F2_pip_flexion"):
         ConstrainedTracker(sensors=17, initial_pose_s=1.0, initial_angles_deg={"F2_pip_flexon": 10.0})
-
-
-@given(st.floats(150.0, 230.0), st.sampled_from(["left", "right"]), st.floats(-0.4, 0.4))
-def test_lever_arms_of_sensors_on_the_back_of_a_hand_are_expected(hand_mm, side, along):
-    """At any place of the middle four fifths of each segment."""
-    size = HandSize(side=side, hand_mm=hand_mm)
-    body = body_of(17, size, (), ())
-    table = body_table(body)
-    levers, sds = expected_levers(body, table, 0.1)
-    bases, bones = body.tree.geometry[:, 3], body.tree.geometry[:, 4]
-    places = dorsal_points(size) + along * bones
-    parents, children = body.sensed[table.ends].T
-    true = np.concatenate([places[parents] - bases[children], places[children] + bones[children]], axis=1)
-    assert (np.abs(levers - true) < 2.0 * sds).all()
-    assert (sds[1:, 3:] < 0.03).all()
-
-
-def test_lever_arms_without_a_body_may_be_anywhere():
-    levers, sds = expected_levers(None, ConstrainedTracker(sensors=2, joints=SADDLE).table, 0.07)
-    assert (levers == 0.0).all()
-    assert (sds == 0.07).all()
