@@ -111,7 +111,7 @@ def given_pulse(
 
 @compiled
 def _given_pulse(limits: Limits, current: float, width: float, never_more: bool) -> tuple[float, float, int]:
-    """What `given_pulse` returns."""
+    """Result of `given_pulse`."""
     if not (math.isfinite(current) and math.isfinite(width) and current >= 0.0 and width >= 0.0):
         return 0.0, 0.0, BAD
     if current == 0.0 or width == 0.0:

@@ -9,7 +9,8 @@ from fesloop.c_code.program import array, define, template
 
 PACKAGE = "controllers.c_export"
 ALLOCATION_FLOPS, ALLOCATION_CALLS = 54, 7
-"""Of one channel in allocation.c: the quantile calls log, sqrt, and erfc and exp twice, the channel exp."""
+"""Operations and calls of one channel in allocation.c: the quantile calls log, sqrt, and erfc and exp twice,
+the channel exp."""
 OK, NO_INPUT, SATURATED, NON_FINITE = (
     ("OK", "a channel's drive was computed from these inputs"), ("NO_INPUT", "an input has not arrived yet"),
     ("SATURATED", "a channel is at its longest pulse"), ("NON_FINITE", "an input is not finite"))

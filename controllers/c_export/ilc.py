@@ -25,7 +25,7 @@ LAWS = ("gradient", "noilc", "phase_lead")
 
 
 def _faults(block: Ilc, where: str, wired: frozenset[str]) -> Iterator[InputError]:
-    """What the C programme lacks."""
+    """Yield an InputError for each setting that C export does not support."""
     if block.law not in LAWS:
         yield InputError(
             f"{where}.law", f'"{block.law}" is not available in C', ", ".join(LAWS), "choose one of them"
@@ -41,7 +41,7 @@ def _faults(block: Ilc, where: str, wired: frozenset[str]) -> Iterator[InputErro
 
 
 class _Law(NamedTuple):
-    """What a law adds: settings, members of the state, and operations a trial."""
+    """Settings, members of the state and operations a trial of a learning law."""
 
     settings: tuple[str, ...]
     state: tuple[str, ...]

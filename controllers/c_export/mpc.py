@@ -30,7 +30,7 @@ _STATUSES = {
 
 
 def _faults(block: Mpc, where: str, wired: frozenset[str]) -> Iterator[InputError]:
-    """What the C programme lacks."""
+    """Yield an InputError for each setting that C export does not support."""
     for key, given, remedy in (
         ("adaptation", block.adaptation is not None, "remove it; identify the patient's model first"),
         ("memory", block.memory is not None, "remove it"),

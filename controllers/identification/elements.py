@@ -29,7 +29,7 @@ from fesloop.models.patient_model import LEAST_FIT
 
 Array = NDArray[np.float64]
 CHRONAXIE_US = 122.0
-"""Of motor nerves under the skin (`controllers.identification.patient_model`)."""
+"""Chronaxie of motor nerves (as in `controllers.identification.patient_model`)."""
 _THRESHOLDS = np.geomspace(2.0, 60.0, 80)
 _SPREADS = (0.3, 0.45, 0.6)
 """Effective currents that recruit half, mA, and spreads that are tried (chosen: of stimulated people)."""
@@ -38,7 +38,7 @@ _TAIL = 1.64
 _WIDEST = 1.3
 """Current over the effective one at a pulse of 400 us: (400 + chronaxie) / 400."""
 _NATURAL_RAD_S, _DELAY_NS = 16.0, 50_000_000
-"""Of stimulated muscle, delay of the loop included (chosen: medians of identified models)."""
+"""Natural frequency of stimulated muscle, and its delay with the loop's (chosen: of identified models)."""
 LAGS_S = (0.05, 0.08, 0.12, 0.17, 0.25, 0.35, 0.5)
 """Lags of an output that are tried, s."""
 _LEAST_DEG = 6.0
@@ -83,7 +83,7 @@ GRASP = (
             weight=0.5))
 """A hand that opens, that closes, and that presses on an object: as beyond it."""
 WEIGHTS = {WRIST: 1.0, **dict.fromkeys(_FINGERS, 0.5), THUMB: 0.7}
-"""Of errors in the outputs (chosen: the wrist carries all fingers)."""
+"""Weights of the outputs' errors (chosen: the wrist carries all fingers)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

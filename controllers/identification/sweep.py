@@ -67,7 +67,7 @@ class SweepIdentified:
     task: Sequence[Posture] = GRASP
 
     def doubts(self) -> list[str]:
-        """What no choice of elements reaches, half a sentence each."""
+        """Postures out of reach of any choice of elements, a warning for each output."""
         return [f"no elements bring {name} nearer than {abs(left):.0f} deg to the {posture.name} hand: "
                 "expect an error there, move the arrays, or stimulate with more current"
                 for posture, row in zip(self.task, self.choice.missed_deg, strict=True)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value, is_finite
 from fesloop.models.electrode_arrays import ElectrodeArrays
 
@@ -29,6 +30,7 @@ class SweepState:
     turn: number of the element in the order; begun_ns, ends_ns: beginning of its turn and of the next one.
     before: (m,), rad, last measurement before the first current; empty before any.
     responded: whether it has moved the hand far enough.
+    latch: status of the input.
     """
 
     turn: int = -1
@@ -36,6 +38,7 @@ class SweepState:
     ends_ns: int = 0
     before: Array = field(default_factory=lambda: np.empty(0))
     responded: bool = False
+    latch: StatusLatch = field(default_factory=StatusLatch)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,6 +152,8 @@ class ElementSweep:
             return pulses, shares, -1.0, -1.0
         element, since_ns = self.order[state.turn], tick.time_ns - state.begun_ns
         shares[0, element] = 1.0
+        state.latch.put(tick, "no_input", self.enough_deg > 0.0 and not state.before.size,
+                        f"no finite measurement: element {element} gets all currents, however far it moves")
         if self.enough_deg and measured is not None and state.before.size and not state.responded:
             state.responded = bool(np.abs(measured - state.before).max() >= radians(self.enough_deg))
             if state.responded and since_ns < stairs_ns:

@@ -299,7 +299,7 @@ class FitsArrays(Protocol):
         """
 
     def of_arrays(self) -> list[tuple[str, str]]:
-        """What follows from the arrays, (what, value) each, for `fesloop check`."""
+        """Parameters that the arrays determine, as (name, value), for `fesloop check`."""
 
 
 def arrays_in_words(electrodes: Mapping[str, Any] | None) -> str:

@@ -254,10 +254,17 @@ def electrodes_in_words(stimulator: Mapping[str, Any] | None, channels: int) -> 
 
 
 def elements_of(word: str) -> tuple[list[int], list[float]]:
-    """Elements and shares of a virtual electrode in words; no shares where all have the same."""
+    """Elements and shares of a virtual electrode in words; no shares where all have the same.
+
+    Raises InputError for other words.
+    """
     elements, _, shares = word.partition(" (")
-    return ([int(each) for each in elements.split("+")],
-            [float(each) for each in shares.rstrip(")").split(", ")] if shares else [])
+    try:
+        return ([int(each) for each in elements.split("+")],
+                [float(each) for each in shares.rstrip(")").split(", ")] if shares else [])
+    except ValueError:
+        raise InputError("electrodes", f"{word!r}", 'numbers of elements, such as "43" or "43+44 (0.3, 0.7)"',
+                         "identify again") from None
 
 
 def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> None:

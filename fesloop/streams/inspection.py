@@ -79,7 +79,7 @@ class Kind(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Inspection:
-    """What a file holds.
+    """Content of a file: streams, sensors, and a layout to import it by.
 
     Attributes
     ----------

@@ -185,7 +185,7 @@ class _End(NamedTuple):
 
 
 class _Feed(NamedTuple):
-    """What feeds a connector."""
+    """Source of a connector's value."""
 
     source: _End
     transformation: Transformation
@@ -220,7 +220,7 @@ class _Reader:
         )
 
     def _origin(self, end: _End) -> _Feed:
-        """What feeds a component's input, through the connectors of systems around it."""
+        """Source of a component's input, through the connectors of the systems around it."""
         feed = self._feeds[end]
         source, transformation, converts = feed
         passed = {end}

@@ -25,6 +25,7 @@ SECTIONS = {
     "plants/force_sensors.py": "Sensors on the hand",
     "estimators/emg_effort.py": "A person's intention",
     "estimators/": "Trackers and calibration",
+    "controllers/open_loop/": "Sweep over elements",
     "controllers/pid/": "PID",
     "controllers/ilc/": "Iterative learning (ILC)",
     "controllers/trajectories.py": "Iterative learning (ILC)",
@@ -84,7 +85,7 @@ INDIRECT = {
 _REPORTS = re.compile(r"report\(|_latch\(|\.put\(|reports\.extend|events\.append|def cautions")
 _STATUS = re.compile(r"[a-z]+(_[a-z]+)*")
 _NOT_REPORTED = {"solved", "kept", "max_gap_ms", "q", "lower", "upper", "lam", "iterations", "status",
-                 "detail", "candidates", "elements"}
+                 "detail"}
 """Other strings of the same form in these places."""
 
 
@@ -147,9 +148,14 @@ def sources():
 
 
 def pairs(name):
-    """Statuses beside a detail in words, ("status", "in words ..."), wherever a file has them."""
+    """Statuses beside a detail in words, ("status", "in words ..."), wherever a file has them.
+
+    Rows of `fesloop check`, of functions `of_arrays`, look like them.
+    """
+    rows = {id(each) for node in ast.walk(tree_of(name))
+            if isinstance(node, ast.FunctionDef) and node.name == "of_arrays" for each in ast.walk(node)}
     for node in ast.walk(tree_of(name)):
-        if isinstance(node, ast.Tuple):
+        if isinstance(node, ast.Tuple) and id(node) not in rows:
             for first, second in zip(node.elts, node.elts[1:], strict=False):
                 words = isinstance(second, ast.JoinedStr) or (
                     isinstance(second, ast.Constant) and " " in str(second.value))

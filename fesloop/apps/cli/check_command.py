@@ -120,7 +120,7 @@ def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
 
 
 def arrays_rows(experiment: Experiment) -> list[tuple[str, str, str]]:
-    """What follows from the electrode arrays, as (node, what, value); none without arrays."""
+    """Parameters that the electrode arrays determine, as rows (node, name, value); none without arrays."""
     return [(node.name, *row) for node in experiment.wiring.nodes if isinstance(node.part, FitsArrays)
             for row in node.part.of_arrays()]
 

@@ -188,16 +188,17 @@ def _with_channels(document: dict[str, Any]) -> dict[str, Any]:
         where = f"blocks.{name}.model"
         try:
             model = load_patient_model(Path(stated["file"]))
+            electrodes = [{"elements": elements, **({"shares": shares} if shares else {})}
+                          for elements, shares in map(elements_of, model.electrodes)]
         except InputError as fault:
             raise fault.within(where) from None
         if not model.grasping:
             raise InputError(f"{where}.channels", f"true, and {stated['file']} has no channels of its own",
                              "a model that fesloop identify made from a sweep over all elements",
                              "run sweep_grasp, or leave it out")
-        electrodes = []
-        for word in model.electrodes:
-            elements, shares = elements_of(word)
-            electrodes.append({"elements": elements, **({"shares": shares} if shares else {})})
+        if not model.closing and any(given["kind"] == "grip_force" for given in blocks.values()):
+            raise InputError(f"{where}.channels", f"true, and no channel of {stated['file']} closes the hand",
+                             "one or more in `closing`", "sweep with more current, or move the arrays")
         own: dict[str, dict[str, Any]] = {"stimulator": {"electrodes": electrodes},
                                           "grip_force": {"closing": list(model.closing)}}
         blocks = {other: {**given, **own.get(given["kind"], {})} for other, given in blocks.items()}

@@ -140,6 +140,23 @@ def test_a_model_of_another_person_is_taken_with_a_word(member, told):
     assert any("is of another person: of sci_c6" in note for note in notes) is told
 
 
+@pytest.mark.parametrize(("line", "becomes", "message"), [
+    ("electrodes = [", 'electrodes = ["fifty", ', "electrodes: 'fifty'; allowed: numbers of elements"),
+    ("closing = [", "closing = [11, ", "closing: channel 11; allowed: 0 to 7"),
+    ("closing = ", "# closing = ", "no channel of .* closes the hand")])
+def test_channels_that_cannot_be_are_named(swept, tmp_path, line, becomes, message):
+    text = swept[1].read_text()
+    assert text.count(line) == 1
+    spoilt = tmp_path / "spoilt.toml"
+    text = text.replace(line, becomes)
+    if "fifty" in becomes:  # one electrode too many is another fault
+        head, _, rest = text.partition('"fifty", ')
+        text = f'{head}"fifty", {rest.partition(", ")[2]}'
+    spoilt.write_text(text)
+    with pytest.raises(InputError, match=message):
+        load("grasp_mpc", [*MODEL, f"model={spoilt}"])
+
+
 def test_a_model_without_channels_of_its_own_is_refused():
     with pytest.raises(InputError, match=r"model.channels: true, and grasp_sci_c6 has no channels"):
         load("grasp_mpc", ["channels=model"])

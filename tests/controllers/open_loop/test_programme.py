@@ -98,6 +98,16 @@ def test_an_element_that_has_moved_the_hand_enough_gets_no_more_current(seed, en
     assert at * 0.025 <= block.duration_s + 1e-9
 
 
+def test_a_sweep_that_hears_nothing_says_so_and_goes_through_all_currents():
+    block = ElementSweep(count=2, current_ma=(5.0, 8.0), stair_s=0.2, rest_s=0.2, enough_deg=10.0)
+    state, tick, given = block.init(Context("block")), Tick(), []
+    for tick.index in range(6):
+        tick.time_ns = tick.index * NS_PER_S // 5
+        given.append(block.step(state, [Sample(np.zeros(2), NEVER, NEVER, NEVER)], tick)[3])
+    assert given == [0.0, 1.0, -1.0] * 2
+    assert [report[0] for report in tick.reports] == ["no_input"]
+
+
 @pytest.mark.parametrize(("change", "where"), [
     ({"enough_deg": -1.0}, "enough_deg"), ({"begin_s": -1.0}, "begin_s"),
     ({"count": 0}, "count"), ({"elements": (59,)}, "elements"), ({"elements": (-1,)}, "elements"),
