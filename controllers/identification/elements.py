@@ -164,13 +164,14 @@ class Choice:
     Attributes
     ----------
     elements: (channels,), number of each channel's element.
-    curves: of these.
+    curves: of these. currents_ma: of the channels.
     missed_deg: (postures, m), error that is left in each posture.
     closing: channels that close the hand; grasping: all but those that move the wrist alone.
     """
 
     elements: tuple[int, ...]
     curves: tuple[Curve, ...]
+    currents_ma: tuple[float, ...]
     missed_deg: Array
     closing: tuple[int, ...]
     grasping: tuple[int, ...]
@@ -228,6 +229,7 @@ def choose_elements(
                        for posture, want in zip(task, wanted, strict=True)])
     closing, grasping = _roles(gains[elements], seen.outputs)
     return Choice(elements=tuple(elements), curves=tuple(curves[e] for e in elements), missed_deg=missed,
+                  currents_ma=tuple(min(curves[e].current_ma, greatest_ma) for e in elements),
                   closing=closing, grasping=grasping)
 
 

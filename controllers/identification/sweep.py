@@ -114,16 +114,15 @@ def identify_sweep(
     seen = responses_of(swept, np.array(table["current_ma"], dtype=np.float64), float(table["width_us"]),
                         int(table.get("count", 59)), outputs)
     choice = choose_elements(seen, channels, greatest_ma, task)
-    lags_s, fit = _lags(swept, choice, seen.rest)
+    lags_s, fit = lags_of(swept, choice, seen.rest)
     patient = recording.experiment.get("patient")
-    currents = tuple(min(curve.current_ma, greatest_ma) for curve in choice.curves)
     model = PatientModel(
         patient=describe(patient) if patient else "",
         patient_fingerprint=patient_fingerprint(patient) if patient else "",
         source=f"{recording.name} {recording.fingerprint[:12]} {measured}", outputs=outputs,
         arrays=arrays_in_words(next((block for block in recording.experiment["blocks"].values()
                                      if block["kind"] == "electrodes"), None)),
-        electrodes=tuple(str(element) for element in choice.elements), current_ma=currents,
+        electrodes=tuple(str(element) for element in choice.elements), current_ma=choice.currents_ma,
         rate=table["rate"], model=model_of(choice, seen.rest, lags_s),
         operating_drive=np.zeros(channels), operating_outputs=seen.rest,
         fit={_SWEEP: dict(zip(outputs, fit, strict=True)),
@@ -180,7 +179,7 @@ def _mean(swept: Swept, from_s: float, until_s: float) -> Array:
     return mean
 
 
-def _lags(swept: Swept, choice: Choice, rest: Array) -> tuple[Array, list[float]]:
+def lags_of(swept: Swept, choice: Choice, rest: Array) -> tuple[Array, list[float]]:
     """Lag of each output, s, with which the model follows the chosen elements' turns best; its fit, %."""
     period_ns = round(NS_PER_S * float(np.median(np.diff(swept.times_s))))
     left = np.zeros((len(LAGS_S), len(rest)))

@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
 from scipy.special import ndtr
 
 from controllers.identification.elements import (
     CHRONAXIE_US,
+    GRASP,
+    LAGS_S,
     THUMB,
+    WEIGHTS,
     WRIST,
     Responses,
     choose_elements,
@@ -19,6 +23,8 @@ from controllers.identification.elements import (
     model_of,
 )
 from controllers.identification.file import identify_recording
+from controllers.identification.sweep import Swept, lags_of, responses_of
+from controllers.trajectories import response
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.running import run
@@ -48,6 +54,15 @@ def test_a_curve_is_found_that_gives_the_responses(threshold_ma, spread, gain):
     told = moved_by(curve.gain, curve.threshold_ma, curve.spread)
     assert np.abs(told - seen).max() < 0.03 * np.abs(seen).max()
     assert curve.fit_percent > 60.0
+
+
+@given(st.floats(3.0, 14.0), st.sampled_from([0.3, 0.45, 0.6]))
+@settings(deadline=None)
+def test_a_pulse_of_400_us_at_the_current_of_a_channel_recruits_95_percent(threshold_ma, spread):
+    curve = curve_of(EFFECTIVE, moved_by(np.ones(6), threshold_ma, spread))
+    effective = curve.current_ma * 400.0 / (400.0 + CHRONAXIE_US)
+    recruited = ndtr(math.log(effective / curve.threshold_ma) / curve.spread)
+    assert recruited == pytest.approx(0.95, abs=0.02)  # currents are in steps of .5 mA
 
 
 def test_currents_that_were_left_out_do_not_count():
@@ -86,6 +101,91 @@ def test_a_hand_that_hardly_any_element_moves_is_refused():
     with pytest.raises(InputError, match=r"3 of 3 move the hand .* 8, one a channel"):
         choose_elements(Responses(currents_ma=CURRENTS, width_us=WIDTH_US, moved=moved, rest=REST,
                                   outputs=OUTPUTS), 8, 34.0)
+
+
+def seen_of(gains_deg, threshold_ma=6.0):
+    """Responses of elements with these gains (elements, outputs), deg, and one threshold."""
+    return Responses(currents_ma=CURRENTS, width_us=WIDTH_US, rest=REST, outputs=OUTPUTS,
+                     moved=np.array([moved_by(np.radians(gain), threshold_ma) for gain in gains_deg]))
+
+
+def test_an_element_whose_responses_are_no_curve_is_not_chosen():
+    seen = seen_of([*hand(), *hand()[:1]])
+    seen.moved[8] = np.radians(90.0) * np.outer([1.0, 0.0, 1.0, 0.0, 1.0, 0.0], np.eye(6)[0])
+    seen.moved[0] *= 0.5
+    assert 8 not in choose_elements(seen, 8, 34.0).elements
+
+
+def test_no_channel_has_more_than_the_greatest_current_and_weaker_elements_count_less():
+    seen = seen_of(hand(), threshold_ma=12.0)
+    choice = choose_elements(seen, 8, 14.0)
+    assert set(choice.currents_ma) == {14.0}
+    assert min(choose_elements(seen, 8, 60.0).currents_ma) > 14.0
+    with pytest.raises(InputError, match="0 of 8 move the hand"):
+        choose_elements(seen, 8, 3.0)
+
+
+def cost(gains_deg, threshold_ma):
+    """Cost of a choice, written out."""
+    rest, total = np.degrees(REST), 0.0
+    weight = np.array([WEIGHTS[name] for name in OUTPUTS])[:, np.newaxis]
+    for posture in GRASP:
+        wanted = np.array([posture.deg.get(name, at) - at for name, at in zip(OUTPUTS, rest, strict=True)])
+        effort = 4.0 * (0.5 + threshold_ma / 12.0) * np.eye(len(gains_deg))
+        found = lsq_linear(np.vstack([weight * gains_deg.T, effort]),
+                           np.concatenate([weight[:, 0] * wanted, np.zeros(len(gains_deg))]),
+                           (0.0, posture.most))
+        total += 2.0 * posture.weight * found.cost
+    return total
+
+
+@given(st.integers(0, 2**31))
+@settings(deadline=None, max_examples=15)
+def test_no_other_single_element_makes_a_choice_better(seed):
+    gains = np.random.default_rng(seed).normal(0.0, 40.0, (14, 6))
+    seen = seen_of(gains)
+    choice = choose_elements(seen, 3, 34.0)
+    fitted = np.degrees([curve.gain for curve in (curve_of(EFFECTIVE, each) for each in seen.moved)])
+    threshold_ma = choice.curves[0].threshold_ma
+    chosen = list(choice.elements)
+    least = cost(fitted[chosen], threshold_ma)
+    others = [[*chosen[:i], e, *chosen[i + 1:]] for i in range(3) for e in range(14) if e not in chosen]
+    assert min(cost(fitted[other], threshold_ma) for other in others) > 0.97 * least - 1.0
+
+
+def sweep_of(lag_s, passed=True):
+    """Course of a sweep on `hand`, whose outputs have one lag; `passed`: whether safety passed all of it."""
+    choice = choose_elements(seen_of(hand()), 8, 34.0)
+    turn, stairs = np.arange(120), np.repeat([0, 1, 2, 3, 4, 5, -1], [12] * 6 + [48])
+    element = np.repeat(choice.elements, turn.size)
+    stair, pulses = np.tile(stairs, 8), np.zeros((element.size, 2))
+    pulses[stair >= 0] = np.column_stack([1e-3 * CURRENTS[stair[stair >= 0]],
+                                          np.full((stair >= 0).sum(), 1e-6 * WIDTH_US)])
+    if not passed:
+        pulses[stair == 4] = 0.0
+    model, measured = model_of(choice, REST, np.full(6, lag_s)), []
+    for c in range(8):
+        given_to = np.zeros((turn.size, 8, 2))
+        given_to[:, c] = pulses[c * turn.size:(c + 1) * turn.size]
+        drives = np.array([model.recruitment.fraction(row) for row in given_to])
+        measured.append(REST + response(model.sampled(25_000_000, 0), drives))
+    return choice, Swept(times_s=0.025 * np.arange(element.size), element=element, stair=stair,
+                         stimulation=pulses, measured=np.concatenate(measured))
+
+
+@pytest.mark.parametrize("lag_s", LAGS_S[1:])
+def test_the_lag_of_a_sweep_is_found(lag_s):
+    choice, swept = sweep_of(lag_s)
+    lags_s, fit = lags_of(swept, choice, REST)
+    assert lags_s.tolist() == [lag_s] * 6
+    assert min(fit) > 99.0
+
+
+def test_a_current_that_safety_did_not_pass_is_no_response():
+    swept = sweep_of(0.05, passed=False)[1]
+    seen = responses_of(swept, CURRENTS, WIDTH_US, 8, OUTPUTS)
+    assert np.isnan(seen.moved[:, 4]).all()
+    assert np.isfinite(seen.moved[:, [0, 1, 2, 3, 5]]).all()
 
 
 def test_the_model_settles_at_the_gains():
