@@ -15,6 +15,7 @@ from worn_parts import EXACT, WornHand
 from estimators.body.joint_constraints import HINGE, Joint, joint_table, joints_of
 from estimators.constrained import ConstrainedTracker
 from estimators.constrained.agreement import COLUMNS
+from estimators.constrained.block import by_joint
 from estimators.constrained.filter import truncated
 from estimators.constrained.measurements import N
 from estimators.constrained.posture import joint_angles, mounting_scale, posture
@@ -454,3 +455,15 @@ def test_joints_without_lengths_have_no_fingertips():
     for tracker in (ConstrainedTracker(sensors=5), OF_EACH):
         assert [port.name for port in tracker.outputs] == [
             "orientation", "angles", "angle_sd", "aligned", "angle_random_sd"]
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=6), st.integers(0, 2**31))
+def test_the_rotation_of_each_joint_has_its_greatest_sd(freedoms, seed):
+    rng, first = np.random.default_rng(seed), np.cumsum([0, *freedoms])[:-1]
+    angles, sd = rng.normal(size=sum(freedoms)), rng.uniform(0.0, 3.0, sum(freedoms))
+    sd[rng.random(sd.size) < 0.1] = np.nan
+    layout = np.stack([np.zeros_like(first), freedoms, first], axis=1).astype(np.int64)
+    rotations, variance = by_joint(layout, angles, sd)
+    for k, (count, begin) in enumerate(zip(freedoms, first, strict=True)):
+        np.testing.assert_array_equal(rotations[k], [*angles[begin:begin + count], *[0.0] * (3 - count)])
+        np.testing.assert_array_equal(variance[k], np.max([0.0, *sd[begin:begin + count]]) ** 2)
