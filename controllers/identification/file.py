@@ -76,7 +76,7 @@ def identify_recording(
             signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"
             return identify_sweep(recording, sweep, _first(blocks, "safety") or sweep, signal,
                                   _names(blocks, signal))
-        excitation = _known(path, blocks, "excitation", "run identify_patient")
+        excitation = _known(path, blocks, "excitation", "run identify_grasp, identify_patient or sweep_grasp")
         source = _first(blocks, "safety") or excitation
         signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"
         record = read_record(recording, excitation, source, signal, _names(blocks, signal))

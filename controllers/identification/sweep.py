@@ -107,8 +107,13 @@ def identify_sweep(
     measured: signal of the outputs, rad; outputs: their names.
     channels, greatest_ma, task: as in `choose_elements`.
 
-    Raises InputError where too few elements move the hand.
+    Raises InputError for outputs that lack some of the task, for a recording without a stimulated element,
+    and where too few elements move the hand.
     """
+    lacking = sorted({name for posture in task for name in posture.deg} - set(outputs))
+    if lacking:
+        raise InputError(f"{recording.path}: {measured}", f"has no {', '.join(lacking)}",
+                         "every angle of the task's postures", "sweep with sweep_grasp")
     table = recording.experiment["blocks"][sweep]
     swept = read_sweep(recording, sweep, source, measured)
     seen = responses_of(swept, np.array(table["current_ma"], dtype=np.float64), float(table["width_us"]),
@@ -169,6 +174,9 @@ def responses_of(
             if given.size and swept.stimulation[given, 1].all():
                 ends_s = 2.0 * swept.times_s[given[-1]] - swept.times_s[given[-1] - 1]
                 moved[element, stair] = _mean(swept, ends_s - _LAST_S, ends_s) - before
+    if not rests:
+        raise InputError("element_sweep", "stimulated no element in this recording", "one turn or more",
+                         "run it for longer")
     return Responses(currents_ma=currents_ma, width_us=width_us, moved=moved,
                      rest=np.nanmedian(np.array(rests), axis=0), outputs=outputs)
 

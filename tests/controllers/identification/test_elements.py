@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -186,6 +187,18 @@ def test_a_current_that_safety_did_not_pass_is_no_response():
     seen = responses_of(swept, CURRENTS, WIDTH_US, 8, OUTPUTS)
     assert np.isnan(seen.moved[:, 4]).all()
     assert np.isfinite(seen.moved[:, [0, 1, 2, 3, 5]]).all()
+
+
+def test_a_recording_without_a_turn_is_refused():
+    swept = sweep_of(0.05)[1]
+    with pytest.raises(InputError, match="stimulated no element"):
+        responses_of(replace(swept, stair=np.full_like(swept.stair, -1)), CURRENTS, WIDTH_US, 8, OUTPUTS)
+
+
+def test_a_sweep_of_other_outputs_is_refused(tmp_path):
+    found = run(load("recruitment_sweep", ["elements=[16, 43]", "duration_s=1"]), tmp_path)
+    with pytest.raises(InputError, match=r"hand.angles: has no F2_flexion, .*; sweep with sweep_grasp"):
+        identify_recording(str(found.recording), measured="hand.angles")
 
 
 def test_the_model_settles_at_the_gains():
