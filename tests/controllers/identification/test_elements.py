@@ -59,11 +59,11 @@ def test_a_curve_is_found_that_gives_the_responses(threshold_ma, spread, gain):
 
 @given(st.floats(3.0, 14.0), st.sampled_from([0.3, 0.45, 0.6]))
 @settings(deadline=None)
-def test_a_pulse_of_400_us_at_the_current_of_a_channel_recruits_95_percent(threshold_ma, spread):
+def test_a_pulse_of_400_us_at_the_current_of_a_channel_recruits_84_percent(threshold_ma, spread):
     curve = curve_of(EFFECTIVE, moved_by(np.ones(6), threshold_ma, spread))
     effective = curve.current_ma * 400.0 / (400.0 + CHRONAXIE_US)
     recruited = ndtr(math.log(effective / curve.threshold_ma) / curve.spread)
-    assert recruited == pytest.approx(0.95, abs=0.02)  # currents are in steps of .5 mA
+    assert recruited == pytest.approx(0.841, abs=0.05)  # currents are in steps of .5 mA
 
 
 def test_currents_that_were_left_out_do_not_count():
