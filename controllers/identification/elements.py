@@ -66,7 +66,8 @@ class Posture:
     ----------
     name: for reports.
     deg: angles by output; others stay as at rest.
-    most: greatest recruited fraction: what is left makes up for fatigue and for what does not add up.
+    most: greatest part of what a pulse of 400 us recruits: what is left makes up for fatigue and for what
+        does not add up.
     weight: of its error.
     """
 
