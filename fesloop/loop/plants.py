@@ -96,6 +96,16 @@ class PlantInputs:
                     column[k] = value
         return columns
 
+    def changes_before(self, time_ns: int) -> list[tuple[int, list[Value]]]:
+        """Deliver every message due before `time_ns`; (arrival, values of all ports from then on) of each."""
+        changes: list[tuple[int, list[Value]]] = []
+        for arrival, port, link in self.due(time_ns - 1):
+            self.latch(port, link, arrival)
+            if changes and changes[-1][0] == arrival:
+                changes.pop()
+            changes.append((arrival, self.values.copy()))
+        return changes
+
     def latch(self, port: int, link: Link, acts_ns: int) -> None:
         """Deliver one message; it acts from `acts_ns` on."""
         if link.plain:
@@ -254,7 +264,7 @@ class ExactStation:
     def stacks_through(
         self, times_ns: list[int], echo_ns: int
     ) -> Iterator[tuple[list[int], tuple[Any, ...]]]:
-        """`values_through` for all instants between two changes of the inputs at once, outputs stacked.
+        """`values_through` for many instants at once, outputs stacked.
 
         What is sent at an instant may come back `echo_ns` later, so a stretch of instants is no longer.
         """
@@ -265,15 +275,15 @@ class ExactStation:
             self._pass_inputs(first)
             if record.next < first:
                 self._note(first)
-            change = min([queue[0][3] for queue in self._inputs.queues if queue], default=FOREVER)
-            # A message acts from its arrival on: outputs of that instant do not show it yet.
-            upto = bisect_right(times_ns, min(change, first + echo_ns), done)
+            upto = bisect_right(times_ns, first + echo_ns, done)
             noted = record.instants_among(times_ns[done:upto])
             if record.next < times_ns[upto - 1]:
                 # Evaluated ahead from the sample before it, as if that had been taken by itself.
                 upto = bisect_left(times_ns, record.next, done)
             instants, done = times_ns[done:upto], upto
-            found = self._advance_through(self.state, self._inputs.values, self.now, instants)
+            # A message acts from its arrival on: outputs of that instant do not show it yet.
+            held = [(self.now, self._inputs.values.copy()), *self._inputs.changes_before(instants[-1])]
+            found = self._advance_through(self.state, held, instants)
             if noted:
                 record.see_stacks([instants[k] for k in noted], tuple(stack[noted] for stack in found))
             stacks = tuple(stack.tolist() if stack.ndim == 1 else stack for stack in found)
