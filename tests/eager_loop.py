@@ -131,7 +131,8 @@ class Foreseen:
     """Is looked at ahead."""
 
     def observe(self, state, inputs, start_ns, times_ns):
-        rows = [self.advance_through(copy.copy(state), [(start_ns, inputs)], [instant]) for instant in times_ns]
+        rows = [self.advance_through(copy.copy(state), [(start_ns, inputs)], [instant])
+                for instant in times_ns]
         return tuple(np.concatenate(column) for column in zip(*rows, strict=True))
 
 

@@ -246,8 +246,9 @@ class AheadStation(BlockStation):
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
+        self._ports = tuple(self.block.outputs)
         assert offers(self.block, StepsThrough)
-        self._steps_through, self._ports = self.block.steps_through, tuple(self.block.outputs)
+        self._steps_through = self.block.steps_through
         self._sources: tuple[tuple[BlockStation, int], ...] = ()
         self._reported: list[EventRow] = []
         self._ahead: list[Tick] = []

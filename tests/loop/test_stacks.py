@@ -205,9 +205,9 @@ def test_many_instants_at_once_are_what_one_after_another_are(plant_rate, stops,
 def test_a_stretch_goes_from_one_reading_to_the_next():
     calls = [looped(source, back=False, plant_rate=None)[0].states()["source"].x[1]
              for source in (Source(), AheadSource())]
-    # 32 changes of the input, four of them with a sample, and 100 samples, one after another; or ten readings,
-    # before each of which the plant goes to the last change, if there is one in the last ms.
-    assert calls == [pytest.approx(132 - 4, abs=2), pytest.approx(10, abs=7)]
+    # One after another: 100 samples and 32 changes of the input, four of them with a sample. At once: eleven
+    # readings, and the two changes (at 40.625 and 90.625 ms) between a reading and the sample after it.
+    assert calls == [100 + 32 - 4, 11 + 2]
 
 
 def test_what_comes_back_ties_plants_to_each_other_unless_it_is_ignored():
