@@ -191,6 +191,36 @@ def test_what_is_not_finite_first_is_what_ends_the_run(stretch_ms):
         in_stretches(Wiring(nodes, wires), stretch_ms)
 
 
+class OneByOne(Integrator):
+    """Without `advance_through`, which `offers` would find."""
+
+    def __getattribute__(self, name):
+        if name == "advance_through":
+            raise AttributeError(name)
+        return super().__getattribute__(name)
+
+
+@pytest.mark.parametrize("plant_rate", ["300", "20"])
+@pytest.mark.parametrize("most", [(4.0, np.inf), (4.0, 6.0)])
+def test_a_plant_that_fails_on_the_way_leaves_the_record_of_one_that_goes_from_sample_to_sample(
+    most, plant_rate
+):
+    records = []
+    for kind in (OneByOne, Integrator):
+        nodes = [Node("pusher", Pusher(), rate="320"), Node("plant", kind(gain=100.0, most=most)),
+                 Node("one", Integrator()), Node("sink", Sink(), rate="10")]
+        wires = [Wire("pusher.push", "plant.u"), Wire("plant.x", "one.u", rate="1000"),
+                 Wire("one.x", "sink.u", rate="1000")]
+        recorder = Recorder(plant_rate)
+        with pytest.raises(RunError, match="not finite"):
+            Loop(Wiring(nodes, wires), recorder=recorder).run_until(NS_PER_S)
+        records.append((recorder.events, recorder.inputs["plant"],
+                        [times for times, _, _ in recorder.plants["plant"]]))
+    (events, inputs, times), (events_of, inputs_of, times_of) = records
+    assert (events_of, inputs_of) == (events, inputs)
+    assert [t for row in times_of for t in row] == [t for row in times for t in row]
+
+
 @pytest.mark.parametrize("stops", [(100,), (7, 31, 32, 100)])
 @pytest.mark.parametrize("plant_rate", ["300", "1000", "77"])
 @pytest.mark.parametrize("level_rate", ["1000", "700"])
