@@ -271,8 +271,8 @@ class ExactStation:
     ) -> Iterator[tuple[list[int], tuple[Any, ...]]]:
         """`values_through` for many instants at once, outputs stacked; `checks` are (port, `finite_check`).
 
-        What is sent at an instant may come back `echo_ns` later, so a stretch of instants is no longer. Raises
-        RunError where an output fails its check; the record ends there, as if samples had been taken singly.
+        What is sent at an instant may come back `echo_ns` later, so a stretch of instants is no longer.
+        Raises RunError where an output fails its check; the record ends there, as of single samples.
         """
         assert self._advance_through is not None
         record, done = self._record, 0
