@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.experiment.metrics.cycles import cycle_metrics
 from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.joints import (
     Trace,
@@ -27,6 +28,7 @@ from fesloop.experiment.metrics.joints import (
     unmoved_rmse_deg,
 )
 from fesloop.experiment.metrics.missing import MISSING, give_reasons, note
+from fesloop.experiment.metrics.search import search_metrics
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.score_spec import Score
 from fesloop.experiment.specification import with_transport
@@ -81,12 +83,8 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
         if reasons:
             metrics[MISSING] = reasons | metrics.get(MISSING, {})
     if score.cycles is not None:
-        from fesloop.experiment.metrics.cycles import cycle_metrics
-
         metrics |= cycle_metrics(recording, score.cycles)
     if score.search is not None:
-        from fesloop.experiment.metrics.search import search_metrics
-
         metrics |= search_metrics(recording, score.search)
     if score.intention is not None:
         from fesloop.experiment.metrics.intention import intention_metrics
