@@ -81,11 +81,12 @@ def test_no_shipped_experiment_has_a_duration_longer_than_its_trial():
     """With every option of every variant: muscles fatigue over minutes, and sensors drift over hours."""
     for name in shipped():
         _, document = read(name)
-        for given in ([], *([f"{variant}={option}"] for variant, table in document.get("variants", {}).items()
-                            for option in table if option != "default")):
+        variants = document.get("variants", {}).items()
+        for picked in ([], *([f"{variant}={option}"] for variant, table in variants
+                             for option in table if option != "default")):
             try:
-                experiment = fesloop.load(name, given)
+                experiment = fesloop.load(name, picked)
             except FesloopError:  # needs more settings
                 continue
             statuses = [status for _, status, _ in experiment_cautions(experiment)]
-            assert "longer_than_trial" not in statuses, (name, given)
+            assert "longer_than_trial" not in statuses, (name, picked)
