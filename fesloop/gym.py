@@ -143,8 +143,9 @@ class Task:
         for number, first, end in self.seen:
             value, oldest_ns, newest_ns, arrived_ns = samples[number]
             found[first:end] = value if isinstance(value, float) else value.ravel()
-            found[end:end + len(_ABOUT)] = ((now_ns - max(oldest_ns, 0)) / NS_PER_S,
-                                            (now_ns - max(newest_ns, 0)) / NS_PER_S, arrived_ns >= 0)
+            found[end] = (now_ns - max(oldest_ns, 0)) / NS_PER_S
+            found[end + 1] = (now_ns - max(newest_ns, 0)) / NS_PER_S
+            found[end + 2] = arrived_ns >= 0
         return np.nan_to_num(found, copy=False) if self.gaps else found
 
 
