@@ -30,7 +30,7 @@ from fesloop.loop.latency import LatencyReport
 from fesloop.loop.nodes import Node
 from fesloop.loop.plants import Sampler
 from fesloop.loop.record import EventRow, Recorder
-from fesloop.loop.signals import Sample
+from fesloop.loop.signals import Sample, Value
 from fesloop.loop.wiring import Wiring, require_count
 
 
@@ -402,6 +402,15 @@ class Loop:
         states = {name: plant.state for name, plant in self._plants.items()}
         states.update((block.name, block.state) for block in self._blocks)
         return states
+
+    def newest(self, name: str) -> dict[str, Value]:
+        """Newest outputs of a node, by port: of a block what it has put out last, of a plant what it would
+        put out now. A block that has put out nothing has none. Nothing changes."""
+        if name in self._plants:
+            return self._plants[name].peek()
+        block = self._named[name]
+        return {port.name: value for port, value in zip(block.block.outputs, block.newest, strict=True)
+                if value is not None}
 
     def snapshot(self) -> Snapshot:
         """Snapshot of everything that changes. Raises SnapshotError where a device cannot save its state."""
