@@ -23,7 +23,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from fesloop.errors import RunError
-from plants.fmu.process import FmuDiedError, Service
+from plants.fmu.service import FmuDiedError, Service
 
 DONE, FAILED = b".", b"!"
 _BEGIN = ("import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
