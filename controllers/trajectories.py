@@ -13,9 +13,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 from scipy.linalg import block_diag
-from scipy.optimize import nnls
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from fesloop.errors import InputError
@@ -133,6 +131,8 @@ def shares_of(
         centre: Array = np.where(covered, outputs - outputs.sum(axis=0) / count, 0.0)
         return centre.ravel()
 
+    from scipy.optimize import nnls  # which a run without a bank does without
+
     seen = centred(posture)
     told = np.column_stack([centred(response(model, drives)) for model in models])
     miss = np.sqrt(np.sum((seen[:, None] - told) ** 2, axis=0) / covered.sum())
@@ -182,6 +182,8 @@ def posture_at(
     captured_ns: (ticks,), newest capture of the sample that is read at each tick; negative for none.
     measured: (ticks, outputs), samples.
     """
+    from scipy.interpolate import make_interp_spline  # which predictive control does without
+
     stamps, first = np.unique(captured_ns[captured_ns >= 0], return_index=True)
     values = measured[captured_ns >= 0][first]
     posture = np.zeros((ticks_ns.size, measured.shape[1]))

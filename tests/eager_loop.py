@@ -110,13 +110,20 @@ class Drifter(Adder):
 class Ahead:
     """Goes through many instants at once."""
 
-    def advance_through(self, state, inputs, start_ns, times_ns):
-        rows = []
+    def advance_through(self, state, inputs, times_ns):
+        rows, changes = [], list(inputs)
+        now, values = changes.pop(0)
         for instant in times_ns:
-            if instant > start_ns:
-                self.advance(state, inputs, start_ns, instant)
-            start_ns = instant
-            rows.append(self.read(state, inputs))
+            while changes and changes[0][0] < instant:
+                arrival, following = changes.pop(0)
+                if arrival > now:
+                    self.advance(state, values, now, arrival)
+                now, values = arrival, following
+            if instant > now:
+                self.advance(state, values, now, instant)
+            now = instant
+            rows.append(self.read(state, values))
+        assert not changes
         return tuple(np.array(column) for column in zip(*rows, strict=True))
 
 
@@ -124,7 +131,8 @@ class Foreseen:
     """Is looked at ahead."""
 
     def observe(self, state, inputs, start_ns, times_ns):
-        rows = [self.advance_through(copy.copy(state), inputs, start_ns, [instant]) for instant in times_ns]
+        rows = [self.advance_through(copy.copy(state), [(start_ns, inputs)], [instant])
+                for instant in times_ns]
         return tuple(np.concatenate(column) for column in zip(*rows, strict=True))
 
 

@@ -10,8 +10,9 @@ import numpy as np
 from scipy.signal import sosfilt_zi
 
 from controllers.c_export import common
-from controllers.ilc.block import FAR_WORSE, WORSE, Ilc
+from controllers.ilc.block import Ilc
 from controllers.ilc.laws import PADDING, Learning, low_pass, static_gain
+from controllers.progress import FAR_WORSE, WORSE
 from controllers.timing import period_ns
 from controllers.trajectories import strongest
 from fesloop.c_code.program import Operations, Program, array, define, template

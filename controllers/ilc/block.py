@@ -15,6 +15,7 @@ from controllers.force_sensors import contact_force, require_count, wired_places
 from controllers.ilc.convergence import Condition, cautions_in_place, check, condition_of, faults
 from controllers.ilc.laws import pulses_of
 from controllers.ilc.parameters import IlcParameters
+from controllers.progress import Progress, Report
 from controllers.reach import Reach, reach_of
 from controllers.timing import period_ns
 from controllers.trajectories import SeenTrial, explained
@@ -44,45 +45,6 @@ def note(seen: SeenTrial, latch: StatusLatch, k: int, inputs: Sequence[Sample], 
     distrusted = not cast(float, trusted.value) >= 0.5
     latch.put(tick, "untrusted", distrusted, "marked as not trusted: excluded from learning")
     seen.note(k, sample.newest_ns, measured, broken | vague | distrusted)
-
-
-Report = tuple[str, str]
-WORSE, FAR_WORSE = 1.5, 2.0
-"""Ratio to the least error above which a trial counts as worse if the error has grown, and in any case
-(chosen)."""
-
-
-@dataclass(slots=True, eq=False)
-class Progress:
-    """Errors of the trials so far.
-
-    Attributes
-    ----------
-    errors: RMS error of each trial, rad, outputs weighted as by the law.
-    best: (samples, muscles), drives of the trial of least error; None before the first.
-    worse: number of successive trials, the last among them, that are worse than the best.
-    stopped: whether learning has stopped.
-    """
-
-    errors: list[float] = field(default_factory=list)
-    best: Array | None = None
-    worse: int = 0
-    stopped: bool = False
-
-    def note(self, error: float, drives: Array, stop_after: int) -> tuple[Report, ...]:
-        """Add a trial; return the report that learning has stopped, if it has."""
-        least, before = min(self.errors, default=math.inf), self.errors[-1] if self.errors else math.inf
-        self.errors.append(error)
-        if error < least:
-            self.best = drives
-        worse = error > FAR_WORSE * least or error > max(WORSE * least, before)
-        self.worse = self.worse + 1 if worse else 0
-        self.stopped = 0 < stop_after <= self.worse
-        if not self.stopped:
-            return ()
-        told = ", ".join(f"{math.degrees(each):.2g}" for each in self.errors)
-        return (("learning_stopped", f"trials became worse (errors {told} deg): from now on the drives of "
-                 f"the one with {math.degrees(min(self.errors)):.2g} deg are used"),)
 
 
 @dataclass(slots=True, eq=False)
@@ -199,7 +161,7 @@ class Ilc(IlcParameters):
         heed = covered * learning.weights()
         if heed.any():
             error = math.sqrt(float(np.sum(heed * errors ** 2) / np.sum(heed)))
-            reports += progress.note(error, state.drives, self.stop_after)
+            reports += progress.note(error, state.drives, self.stop_after, "drives")
             if progress.stopped and progress.best is not None:
                 return self._trial(progress.best, progress, tuple(reports))
         drives, status = learning.learn(state.drives, errors, covered, kept)

@@ -119,7 +119,9 @@ class Mpc(MpcParameters):
             period = period_ns(context)
             model = self.model.sampled(period, duration_ns(self.actuation_delay_ms, NS_PER_MS,
                                                            "actuation_delay_ms"))
-            fresh.course = Course(self.memory.learnt(state.course, model, period, self.grasping_outputs))
+            fresh.course = self.memory.next_course(
+                state.course, model, period, self.grasping_outputs,
+                np.array(self.output_weight or (1.0,) * self.model.outputs))
         if self.adaptation:
             carry_over(self.adaptation, state.candidates, fresh.candidates)
             fresh.chosen = state.chosen
@@ -128,6 +130,10 @@ class Mpc(MpcParameters):
     def step(self, state: MpcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses for this tick."""
         reference, measured, now_ns = self._reference(inputs), inputs[2], tick.time_ns
+        if state.course is not None and state.course.pending:
+            for report in state.course.pending:
+                tick.report(*report)
+            state.course.pending = ()
         if inputs[3].present:
             self._update_contact(state, inputs[3], tick)
         if reference is None or measured.arrived_ns < 0:
@@ -145,8 +151,10 @@ class Mpc(MpcParameters):
         elif reference is not None:
             state.held.look(state.latch, tick, reference[0])
         if state.course is not None:
-            state.course.note(tick.index, state.drive, measured.newest_ns, cast(Array, measured.value),
-                              state.touch.holding)
+            controlled = reference is not None and now_ns >= self.begin_s * NS_PER_S
+            wanted = cast(Array, reference)[0] if controlled else np.full(self.model.outputs, np.nan)
+            state.course.note(tick.index, state.drive, wanted, measured.newest_ns,
+                              cast(Array, measured.value), state.touch.holding)
         estimate = state.estimate
         state.pulses = np.empty((state.drive.size, 2))
         saturated = issue_drive(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns,

@@ -254,14 +254,13 @@ def not_shown(body: Body, angles: Array, rest: Rest) -> tuple[str, ...]:
     carrying = np.zeros(len(tree.segments), dtype=np.bool_)
     carrying[body.sensed[present]] = True
     below = _at_or_below(tree.layout, carrying)
-    names, relative, step = [], relative_orientations(tree, angles), 1e-6
+    names, relative = [], relative_orientations(tree, angles)
+    moved = relative_orientations(tree, angles + 1e-6 * np.eye(len(angles)))
     for k, (parent, freedoms, first) in enumerate(tree.layout.tolist()):
         if not (below[k] and _at_or_above(tree.layout, carrying, parent)):
             continue
         for i in range(first, first + freedoms):
-            moved = angles.copy()
-            moved[i] += step
-            turn = quaternion.relative(relative[k], relative_orientations(tree, moved)[k])[1:]
+            turn = quaternion.relative(relative[k], moved[i, k])[1:]
             axis = quaternion.rotate(to_root[k], turn)
             if np.linalg.norm(np.cross(axis, up)) < _SHOWN * np.linalg.norm(axis) * np.linalg.norm(up):
                 names.append(tree.freedoms[i])
@@ -378,13 +377,14 @@ def joint_rotations(
 def range_excess(
     rotations: Array, variance: Array, seen: Flags, low: Array, high: Array, own_variance: Array
 ) -> tuple[Array, Array, Array]:
-    """Excess of rotations (m, 3) over their ranges, its variance, (m, 3) each, and the sum of squares (m,).
+    """Excess of rotations (m, 3) over their ranges, its variance, (m, 3) each, and sums of squares (m + 1,).
 
-    Squares are over their variances; 0 where a joint is not `seen` (m,). `variance` (m,), rad^2, of a
-    rotation about any axis, and `own_variance` (m, 3) of the ranges `low` to `high`, (m, 3) each, rad.
+    Squares are over their variances; 0 where a joint is not `seen` (m,); the last sum is that of all joints.
+    `variance` (m,), rad^2, of a rotation about any axis, and `own_variance` (m, 3) of the ranges `low` to
+    `high`, (m, 3) each, rad.
     """
     count = rotations.shape[0]
-    excess, spread, surprise = np.empty((count, 3)), np.empty((count, 3)), np.zeros(count)
+    excess, spread, surprise = np.empty((count, 3)), np.empty((count, 3)), np.zeros(count + 1)
     for k in range(count):
         # Near its pole two Euler angles are uncertain.
         pole = max(math.cos(rotations[k, 1])**2, 1e-3)
@@ -393,6 +393,7 @@ def range_excess(
             spread[k, i] = variance[k] / (1.0 if i == 1 else pole) + own_variance[k, i]
             if seen[k]:
                 surprise[k] += excess[k, i]**2 / spread[k, i]
+        surprise[count] += surprise[k]
     return excess, spread, surprise
 
 
@@ -468,7 +469,7 @@ class ReleaseWatch:
     def _joints(self, rotations: Array, variance: Array, seen: Flags, time_ns: int) -> str:
         excess, spread, surprise = range_excess(
             rotations, variance, seen, self._low, self._high, self._variance)
-        beyond = np.append(surprise, surprise.sum()) > self._limit
+        beyond = surprise > self._limit
         if not beyond.any():
             self._since_ns[:] = -1
             return ""
@@ -478,7 +479,7 @@ class ReleaseWatch:
         if not (late[:-1] & (self.sizes == 0.0)).any() and not (late[-1] and not self.sizes.any()):
             return ""
         # Where all joints together contradict the pose, each that contributes counts.
-        new = (surprise > 1.0 if late[-1] else late[:-1]) & (self.sizes == 0.0)
+        new = (surprise[:-1] > 1.0 if late[-1] else late[:-1]) & (self.sizes == 0.0)
         self.sizes[new] = np.linalg.norm(excess[new], axis=1)
         parts = []
         for k in sorted(np.flatnonzero(new), key=lambda k: -surprise[k])[:_MOST_NAMED]:

@@ -340,9 +340,14 @@ class Observes(Protocol):
 class AdvancesThrough(Protocol):
     """An exact plant that advances through many instants at once."""
 
-    def advance_through(self, state: Any, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
-                        ) -> tuple[Any, ...]:
-        """Outputs at ascending instants, stacked; to the last bit as advanced and read one by one."""
+    def advance_through(self, state: Any, inputs: Sequence[tuple[int, Sequence[Value]]],
+                        times_ns: Sequence[int]) -> tuple[Any, ...]:
+        """Outputs at ascending instants, stacked; to the last bit as advanced and read one by one.
+
+        `inputs` are (instant, values of all ports from then on), ascending, the first of the instant that the
+        state is of, and no other at or after the last of `times_ns`. Outputs of an instant at which an input
+        changes do not show that yet.
+        """
 
 
 class AdvancesSteps(Protocol):

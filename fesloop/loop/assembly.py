@@ -247,10 +247,11 @@ class AheadStation(BlockStation):
     until_ns: no tick beyond this instant is run ahead.
     """
 
-    __slots__ = ("_ahead", "_reported", "_sources", "_steps_through", "until_ns")
+    __slots__ = ("_ahead", "_ports", "_reported", "_sources", "_steps_through", "until_ns")
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
+        self._ports = tuple(self.block.outputs)
         assert offers(self.block, StepsThrough)
         self._steps_through = self.block.steps_through
         self._sources: tuple[tuple[BlockStation, int], ...] = ()
@@ -294,7 +295,7 @@ class AheadStation(BlockStation):
             for column, sample in zip(columns, self.held, strict=True):
                 column.append(sample)
         stacks = self._steps_through(self.state, columns, ticks)
-        require_stacks(self.name, self.block.outputs, stacks, count)
+        require_stacks(self.name, self._ports, stacks, count)
         finite = all(is_finite(stack) if isinstance(stack, np.ndarray) else all(map(isfinite, stack))
                      for stack in stacks)
         for k, (tick, instant, stamps) in enumerate(zip(ticks, dues, read, strict=True)):

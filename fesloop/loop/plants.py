@@ -100,6 +100,21 @@ class PlantInputs:
                     column[k] = value
         return columns
 
+    def changes_before(self, time_ns: int) -> list[tuple[int, list[Value]]]:
+        """Deliver every message due before `time_ns`; (arrival, values of all ports from then on) of each."""
+        changes: list[tuple[int, list[Value]]] = []
+        for arrival, port, link in self.due(time_ns - 1):
+            self.latch(port, link, arrival)
+            if changes and changes[-1][0] == arrival:
+                changes.pop()
+            changes.append((arrival, self.values.copy()))
+        return changes
+
+    def forget_after(self, time_ns: int) -> None:
+        """Remove the rows of messages after an instant, at which a run has failed."""
+        while self._rows and self._rows[-1][0] > time_ns:
+            self._rows.pop()
+
     def latch(self, port: int, link: Link, acts_ns: int) -> None:
         """Deliver one message; it acts from `acts_ns` on."""
         if link.plain:
@@ -260,11 +275,12 @@ class ExactStation:
         return any(queue is link.queue for queue in self._inputs.queues)
 
     def stacks_through(
-        self, times_ns: list[int], echo_ns: int
+        self, times_ns: list[int], echo_ns: int, checks: Sequence[tuple[int, Callable[[Any], bool]]]
     ) -> Iterator[tuple[list[int], tuple[Any, ...]]]:
-        """`values_through` for all instants between two changes of the inputs at once, outputs stacked.
+        """`values_through` for many instants at once, outputs stacked; `checks` are (port, `finite_check`).
 
         What is sent at an instant may come back `echo_ns` later, so a stretch of instants is no longer.
+        Raises RunError where an output fails its check; the record ends there, as of single samples.
         """
         assert self._advance_through is not None
         record, done = self._record, 0
@@ -273,19 +289,28 @@ class ExactStation:
             self._pass_inputs(first)
             if record.next < first:
                 self._note(first)
-            change = min([queue[0][3] for queue in self._inputs.queues if queue], default=FOREVER)
-            # A message acts from its arrival on: outputs of that instant do not show it yet.
-            upto = bisect_right(times_ns, min(change, first + echo_ns), done)
+            upto = bisect_right(times_ns, first + echo_ns, done)
             noted = record.instants_among(times_ns[done:upto])
             if record.next < times_ns[upto - 1]:
                 # Evaluated ahead from the sample before it, as if that had been taken by itself.
                 upto = bisect_left(times_ns, record.next, done)
             instants, done = times_ns[done:upto], upto
-            found = self._advance_through(self.state, self._inputs.values, self.now, instants)
+            # A message acts from its arrival on: outputs of that instant do not show it yet.
+            held = [(self.now, self._inputs.values.copy()), *self._inputs.changes_before(instants[-1])]
+            found = self._advance_through(self.state, held, instants)
+            stacks = tuple(stack.tolist() if stack.ndim == 1 else stack for stack in found)
+            self.now, failed = instants[-1], None
+            if not all(is_finite(found[port]) for port, _ in checks):
+                failed = next(((instant, port) for k, instant in enumerate(instants)
+                               for port, finite in checks if not finite(stacks[port][k])), None)
+            if failed is not None:
+                self.now = failed[0]
+                self._inputs.forget_after(self.now)
+                noted = [k for k in noted if instants[k] < self.now]
             if noted:
                 record.see_stacks([instants[k] for k in noted], tuple(stack[noted] for stack in found))
-            stacks = tuple(stack.tolist() if stack.ndim == 1 else stack for stack in found)
-            self.now = instants[-1]
+            if failed is not None:
+                raise _unstable(self, failed[1], self.now)
             self._shown = tuple(stack[-1] for stack in stacks)
             yield instants, stacks
 
@@ -550,7 +575,8 @@ class Sampler:
             check_shapes(self.plant.name, self.plant.plant.outputs, self.plant.read_now())
         if self._stacks_through is not None and not random:
             self.index = index + len(dues)
-            for instants, stacks in self._stacks_through(dues, self._echo_ns):
+            checks = [(port, finite) for port, finite, *_ in plain]
+            for instants, stacks in self._stacks_through(dues, self._echo_ns, checks):
                 self._send_stacks(instants, stacks)
             return
         for due, captured, values in self._values_at(dues):
@@ -568,11 +594,6 @@ class Sampler:
 
     def _send_stacks(self, instants: Sequence[int], stacks: tuple[Any, ...]) -> None:
         """Send outputs of many instants, stacked, into wires without jitter and loss."""
-        if not all(is_finite(stacks[port]) for port, *_ in self._plain):
-            for k, instant in enumerate(instants):
-                for port, finite, *_ in self._plain:
-                    if not finite(stacks[port][k]):
-                        raise _unstable(self.plant, port, instant)
         for port, _, append, latency in self._plain:
             for instant, value in zip(instants, stacks[port], strict=True):
                 append((value, instant, instant, instant + latency))

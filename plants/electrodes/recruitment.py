@@ -471,14 +471,14 @@ class Electrodes:
         count = len(ticks)
         recruitment, frequency = np.empty((2, count, len(MUSCLES)))
         times = np.array([tick.time_ns for tick in ticks])
-        arrived = np.array([sample.arrived_ns for sample in inputs[0]])
-        fresh = np.diff(arrived, prepend=state.newest_ns) > 0
+        arrived = np.array([state.newest_ns, *[sample.arrived_ns for sample in inputs[0]]])
+        fresh = arrived[1:] > arrived[:-1]
         pulses = np.array([sample.value for sample in inputs[0]])
         done = 0
         while done < count:
             if self._ordinary(state, inputs, done, count):
                 done = self._excite(state, pulses, fresh, times, done, recruitment, frequency)
-                state.newest_ns = max(state.newest_ns, int(arrived[done - 1])) if done else state.newest_ns
+                state.newest_ns = max(state.newest_ns, int(arrived[done]))
             if done < count:
                 samples = [column[done] for column in inputs]
                 recruitment[done], frequency[done] = self.step(state, samples, ticks[done])

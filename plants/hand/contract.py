@@ -469,7 +469,7 @@ def advance_steps(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | No
     last_ns = times_ns[-1] - step_ns
     releasing = (hold is not None and last_ns > hold.until_ns
                  and state.time_ns <= hold.over_ns + step_ns)
-    offering = not state.given and thing is not None and last_ns >= _given_ns(thing)
+    offering = not state.given and thing is not None and _offers(thing, state.time_ns, last_ns, step_ns)
     if releasing or offering or _UNCOMPILED:  # plain Python cannot call MuJoCo's C functions
         return False
     before, views = np.empty(mujoco.mj_stateSize(model, _STATE)), state.views
@@ -491,15 +491,16 @@ def advance_steps(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | No
 
 def _offer(model: mujoco.MjModel, thing: GraspObject, state: HandState) -> None:
     """Give the object if it is due and there is room, trying every 100 ms."""
-    since_ns = state.time_ns - _given_ns(thing)
-    if since_ns >= 0 and since_ns % OFFER_PERIOD_NS < model.opt.timestep * NS_PER_S:
+    if _offers(thing, state.time_ns, state.time_ns, round(model.opt.timestep * NS_PER_S)):
         state.given = give(model, thing, state.data)
         state.evaluated = False
 
 
-def _given_ns(thing: GraspObject) -> int:
-    """Instant from which the object is offered, ns."""
-    return round(thing.given_at_s * NS_PER_S)
+def _offers(thing: GraspObject, first_ns: int, last_ns: int, step_ns: int) -> bool:
+    """Whether the object is offered in one of the steps that begin at `first_ns` to `last_ns`."""
+    given_ns = round(thing.given_at_s * NS_PER_S)
+    before_ns = max(first_ns - given_ns - step_ns, -1)
+    return (last_ns - given_ns) // OFFER_PERIOD_NS > before_ns // OFFER_PERIOD_NS
 
 
 def _rest_on_floor(views: Views) -> None:

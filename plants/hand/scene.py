@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Literal, NamedTuple
 
 import mujoco
@@ -184,13 +185,13 @@ def add_table(spec: mujoco.MjSpec, table: Table) -> None:
 
 def deepest(model: mujoco.MjModel, data: mujoco.MjData, names: Sequence[str]) -> Contact:
     """Deepest contact of the named geoms; of infinite distance if they touch nothing."""
-    pairs, distances = data.contact.geom, data.contact.dist
-    known = [model.geom(name).id for name in names if mujoco.mj_name2id(model, _GEOM, name) >= 0]
-    theirs = np.flatnonzero(np.isin(pairs, known).any(axis=1))
-    if not theirs.size:
+    known = {model.geom(name).id for name in names if mujoco.mj_name2id(model, _GEOM, name) >= 0}
+    theirs = [contact for contact in zip(data.contact.dist.tolist(), data.contact.geom.tolist(), strict=True)
+              if not known.isdisjoint(contact[1])]
+    if not theirs:
         return Contact(math.inf, ())
-    found = int(theirs[np.argmin(distances[theirs])])
-    return Contact(float(distances[found]), tuple(model.geom(int(geom)).name for geom in pairs[found]))
+    distance, geoms = min(theirs, key=itemgetter(0))
+    return Contact(distance, tuple(model.geom(geom).name for geom in geoms))
 
 
 def give(model: mujoco.MjModel, thing: GraspObject, data: mujoco.MjData) -> bool:

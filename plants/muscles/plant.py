@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left, insort
+from bisect import bisect_left, bisect_right, insort
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
@@ -307,7 +307,11 @@ class Muscles:
 
     def advance(self, state: MusclesState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
         """Advance through the instants at which a drive changes."""
-        self._send(state, inputs, start_ns)
+        self._send(state, self._changed(state, inputs), start_ns)
+        self._go(state, stop_ns)
+
+    def _go(self, state: MusclesState, stop_ns: int) -> None:
+        """Advance to an instant; nothing is sent until then."""
         while state.arriving and state.arriving[0][0] <= stop_ns:
             self._take(state, *state.arriving.pop(0))
         self._constants.contraction.advance(state.stimulated, stop_ns)
@@ -322,14 +326,27 @@ class Muscles:
         self, state: MusclesState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
     ) -> tuple[Array, ...]:
         """(activation, fitness) at `times_ns`, ascending; the state is not changed."""
-        return self.advance_through(state.copy(), inputs, start_ns, times_ns)
+        return self.advance_through(state.copy(), [(start_ns, inputs)], times_ns)
 
     def advance_through(
-        self, state: MusclesState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
+        self, state: MusclesState, inputs: Sequence[tuple[int, Sequence[Value]]], times_ns: Sequence[int]
     ) -> tuple[Array, ...]:
         """(activation, fitness) at `times_ns`, ascending; the state advances to the last of them."""
-        self._send(state, inputs, start_ns)
         rows, done = np.empty((2, len(times_ns), len(MUSCLES))), 0
+        for start_ns, values in inputs:
+            if signals := self._changed(state, values):
+                upto = bisect_right(times_ns, start_ns, done)
+                self._fill(state, times_ns[done:upto], rows[:, done:upto])
+                done = upto
+                self._go(state, start_ns)
+                self._send(state, signals, start_ns)
+        self._fill(state, times_ns[done:], rows[:, done:])
+        rows *= state.strength
+        return rows[0], rows[1]
+
+    def _fill(self, state: MusclesState, times_ns: Sequence[int], rows: Array) -> None:
+        """Fill activation and fitness, `rows` (2, n, 29), at `times_ns`, n, during which nothing is sent."""
+        done = 0
         while done < len(times_ns):
             while state.arriving and state.arriving[0][0] <= times_ns[done]:
                 self._take(state, *state.arriving.pop(0))
@@ -338,8 +355,6 @@ class Muscles:
                 upto = bisect_left(times_ns, state.arriving[0][0], done)
             self._follow(state, times_ns[done:upto], rows[0, done:upto], rows[1, done:upto])
             done = upto
-        rows *= state.strength
-        return rows[0], rows[1]
 
     def _follow(self, state: MusclesState, times_ns: Sequence[int], activation: Array, fit: Array) -> None:
         """Fill `activation` and `fit` (n, 29) at `times_ns`, during which no signal arrives."""
@@ -355,22 +370,28 @@ class Muscles:
                 activation[k], fit[k] = self._outputs(state)
         state.now_ns = times_ns[-1]
 
-    def _send(self, state: MusclesState, inputs: Sequence[Value], time_ns: int) -> None:
-        """Send the signals that the inputs at `time_ns` change; equal inputs send nothing."""
+    def _changed(self, state: MusclesState, inputs: Sequence[Value]) -> list[tuple[int, Array]]:
+        """(signal, new value) of the signals that inputs change; equal inputs change none."""
+        signals: list[tuple[int, Array]] = []
         recruitment, frequency, velocity, voluntary = cast(Sequence[Array], inputs)
         before, state.latched = state.latched, MuscleInputs(recruitment, frequency, velocity, voluntary)
         if recruitment is not before.recruitment or frequency is not before.frequency:
             pulses = np.empty((2, len(MUSCLES)))
             if limit_pulses(recruitment, frequency, HIGHEST_HZ, state.sent[PULSES], pulses):
-                self._send_one(state, PULSES, pulses, time_ns)
+                signals.append((PULSES, pulses))
         if velocity is not before.velocity and self.reflex is not None:
-            self._send_one(state, REFLEX, self.reflex.drive(velocity), time_ns)
+            signals.append((REFLEX, self.reflex.drive(velocity)))
         if voluntary is not before.voluntary:
-            self._send_one(state, EFFORT, within(voluntary, self._constants.efforts), time_ns)
+            signals.append((EFFORT, within(voluntary, self._constants.efforts)))
+        return [(signal, value) for signal, value in signals
+                if value.tobytes() != state.sent[signal].tobytes()]
+
+    def _send(self, state: MusclesState, signals: Sequence[tuple[int, Array]], time_ns: int) -> None:
+        """Send new values of signals at `time_ns`."""
+        for signal, value in signals:
+            self._send_one(state, signal, value, time_ns)
 
     def _send_one(self, state: MusclesState, signal: int, value: Array, time_ns: int) -> None:
-        if value.tobytes() == state.sent[signal].tobytes():
-            return
         before, state.sent[signal] = state.sent[signal], value
         delays = self._constants.delays_ns
         if self._constants.together:

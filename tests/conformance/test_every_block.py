@@ -254,15 +254,18 @@ def ignores(kind, block):
 
 def advances_through(kind, block):
     """Outputs of several instants at once are, to the bit, those of one instant after the other."""
-    inputs = [sample.value for sample in parts.feed(block, 1)[0]]
-    times = [NS_PER_MS, 2 * NS_PER_MS, 7 * NS_PER_MS]
-    at_once = block.advance_through(block.init(parts.context(kind)), inputs, 0, times)
+    feeds = [[sample.value for sample in samples] for samples in parts.feed(block, 4)]
+    times = [k * NS_PER_MS for k in (1, 2, 7, 9)]
+    changes = [(0, feeds[0]), (2 * NS_PER_MS, feeds[1]), (3 * NS_PER_MS, feeds[2]), (8 * NS_PER_MS, feeds[3])]
+    at_once = block.advance_through(block.init(parts.context(kind)), changes, times)
     state, now = block.init(parts.context(kind)), 0
-    for k, instant in enumerate(times):
-        block.advance(state, inputs, now, instant)
-        now = instant
-        for stack, value in zip(at_once, block.read(state, inputs), strict=True):
-            assert np.asarray(stack[k]).tobytes() == np.asarray(value).tobytes()
+    for stop in sorted({instant for instant, _ in changes[1:]} | set(times)):
+        inputs = next(values for instant, values in reversed(changes) if instant < stop)
+        block.advance(state, inputs, now, stop)
+        now = stop
+        if stop in times:
+            for stack, value in zip(at_once, block.read(state, inputs), strict=True):
+                assert np.asarray(stack[times.index(stop)]).tobytes() == np.asarray(value).tobytes()
 
 
 def advances_steps(kind, block):

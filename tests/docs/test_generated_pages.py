@@ -125,3 +125,9 @@ def test_every_paper_has_its_place_on_the_page_of_validation():
     shown = [name for name, _ in fenced("validation.md", "result")]
     assert shown == re.findall(r"fesloop reproduce (\w+)", (DOCS / "validation.md").read_text())
     assert set(shown) == set(PAPERS)
+
+
+def test_the_help_of_reproduce_names_every_paper(capsys):
+    with pytest.raises(SystemExit):
+        make_parser().parse_args(["reproduce", "--help"])
+    assert set(PAPERS) <= set(re.findall(r"\w+", capsys.readouterr().out))

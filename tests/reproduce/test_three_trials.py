@@ -7,8 +7,9 @@ import pytest
 from fesloop.apps.reproduce import three_trials
 from fesloop.apps.reproduce.patient_session import Session
 
-HELD = {"failed": "", "min": 3.5, "held": [False, True, False], "error": [6.0, 4.0, 2.0]}
-LOST = {"failed": "nothing moved", "min": math.nan, "held": [False] * 3, "error": [math.inf] * 3}
+HELD = {"failed": "", "min": 3.5, "held": [False, True, False], "error": [6.0, 4.0, 2.0], "floor": 1.5}
+LOST = {"failed": "nothing moved", "min": math.nan, "held": [False] * 3, "error": [math.inf] * 3,
+        "floor": math.nan}
 
 
 def test_patients_who_fail_count_as_ones_who_did_not_hold():
@@ -22,7 +23,7 @@ def test_patients_who_fail_count_as_ones_who_did_not_hold():
     assert not rows[identified, "held in one of three trials"].holds
     assert rows[identified, "error before contact"].ours.high == math.inf
     assert rows["member 0, identify", "run to its end"].ours == "nothing moved"
-    assert found.sweeps["sweep"].rows[0] == ("member 0", (3.5, 0.0, 1.0, 0.0, 6.0, 4.0, 2.0))
+    assert found.sweeps["sweep"].rows[0] == ("member 0", (3.5, 0.0, 1.0, 0.0, 6.0, 4.0, 2.0, 1.5))
 
 
 @pytest.mark.slow
@@ -32,3 +33,14 @@ def test_a_person_is_swept_and_grasps(tmp_path):
     assert [way["failed"] for way in ways.values()] == ["", ""]
     assert 3.0 < ways["sweep"]["min"] < 3.7
     assert any(ways["sweep"]["held"])
+    assert 0.0 < ways["sweep"]["floor"] < 10.0
+    assert math.isnan(ways["identify"]["floor"])
+
+
+@pytest.mark.parametrize(("floor", "within"), [(1.5, "1 of 1"), (0.5, "0 of 1")])
+def test_only_a_trial_that_holds_counts_within_the_floor(floor, within):
+    """The second trial holds at 4 deg; the third, nearer to the floor, does not hold."""
+    ways = {"sweep": {**HELD, "floor": floor}, "identify": LOST}
+    found = three_trials.compare([{"failed": "", "ways": ways}])
+    (row,) = [row for row in found.rows if "floor" in row.row]
+    assert (row.table, row.ours) == (three_trials.WAYS["sweep"], within)

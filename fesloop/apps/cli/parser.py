@@ -254,7 +254,8 @@ def _add_reproduce(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("reproduce", help="repeat a paper's experiments on virtual subjects")
     command.add_argument("paper", metavar="PAPER",
                          help="kortier2014, salchow2019; claims of our own: hour, array_search, "
-                         "grasp_ilc, grasp_trackers, grasp_mpc, linear_theory, error_replay, people")
+                         "grasp_ilc, grasp_trackers, grasp_mpc, three_trials, linear_theory, "
+                         "error_replay, people")
     command.add_argument("--subjects", type=int, metavar="N", help="subjects (default: the full cohort)")
     command.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
     command.add_argument("--out", metavar="DIR", default="reproduced",

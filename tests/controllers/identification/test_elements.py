@@ -59,11 +59,11 @@ def test_a_curve_is_found_that_gives_the_responses(threshold_ma, spread, gain):
 
 @given(st.floats(3.0, 14.0), st.sampled_from([0.3, 0.45, 0.6]))
 @settings(deadline=None)
-def test_a_pulse_of_400_us_at_the_current_of_a_channel_recruits_95_percent(threshold_ma, spread):
+def test_a_pulse_of_400_us_at_the_current_of_a_channel_recruits_84_percent(threshold_ma, spread):
     curve = curve_of(EFFECTIVE, moved_by(np.ones(6), threshold_ma, spread))
     effective = curve.current_ma * 400.0 / (400.0 + CHRONAXIE_US)
     recruited = ndtr(math.log(effective / curve.threshold_ma) / curve.spread)
-    assert recruited == pytest.approx(0.95, abs=0.02)  # currents are in steps of .5 mA
+    assert recruited == pytest.approx(0.841, abs=0.05)  # currents are in steps of .5 mA
 
 
 def test_currents_that_were_left_out_do_not_count():
@@ -91,7 +91,7 @@ def test_elements_that_reach_all_postures_are_chosen_wherever_they_are(order, th
     choice = choose_elements(Responses(currents_ma=CURRENTS, width_us=WIDTH_US, moved=moved, rest=REST,
                                        outputs=OUTPUTS), 8, 34.0)
     assert sorted(np.array(order)[list(choice.elements)]) == list(range(8))
-    assert np.abs(choice.missed_deg[:2]).max() < 8.0
+    assert np.abs(choice.missed_deg[:2]).max() < 9.0
     named = [order[element] for element in choice.elements]
     assert {named[c] for c in choice.closing} == {2, 3, 4, 5, 6}
     assert {named[c] for c in range(8) if c not in choice.grasping} == {0, 7}
@@ -146,7 +146,11 @@ def test_no_other_single_element_makes_a_choice_better(seed):
     gains = np.random.default_rng(seed).normal(0.0, 40.0, (14, 6))
     seen = seen_of(gains)
     choice = choose_elements(seen, 3, 34.0)
-    fitted = np.degrees([curve.gain for curve in (curve_of(EFFECTIVE, each) for each in seen.moved)])
+    curves = [curve_of(EFFECTIVE, each) for each in seen.moved]
+    longest = 400.0 / (400.0 + CHRONAXIE_US)
+    recruited = [ndtr(math.log(min(curve.current_ma, 34.0) * longest / curve.threshold_ma) / curve.spread)
+                 for curve in curves]
+    fitted = np.degrees([share * curve.gain for share, curve in zip(recruited, curves, strict=True)])
     threshold_ma = choice.curves[0].threshold_ma
     chosen = list(choice.elements)
     least = cost(fitted[chosen], threshold_ma)

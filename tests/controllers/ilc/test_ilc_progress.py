@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controllers.ilc import Ilc
-from controllers.ilc.block import Progress
+from controllers.progress import Progress
 from controllers.trajectories import response
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
@@ -109,7 +109,7 @@ def test_noise_does_not_stop_learning():
 def test_the_best_drives_are_those_of_the_least_error(errors):
     progress = Progress()
     for k, error in enumerate(errors):
-        progress.note(error, np.full((1, 1), float(k)), 0)
+        progress.note(error, np.full((1, 1), float(k)), 0, "drives")
     assert not progress.stopped
     assert progress.best[0, 0] == float(np.argmin(errors))
 
@@ -119,7 +119,7 @@ def test_the_best_drives_are_those_of_the_least_error(errors):
     ((1.0, 1.4, 1.45), False), ((1.0, 2.5, 1.2, 2.5), False)])
 def test_two_worse_trials_in_a_row_stop_learning(errors, stops):
     progress = Progress()
-    reports = [progress.note(error, np.zeros((1, 1)), 2) for error in errors]
+    reports = [progress.note(error, np.zeros((1, 1)), 2, "drives") for error in errors]
     assert bool(reports[-1]) == progress.stopped == stops
     assert not any(reports[:-1])
 

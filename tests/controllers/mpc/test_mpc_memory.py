@@ -82,9 +82,53 @@ def trial_of(samples, disturbance, drives, age_ticks=1, touched=-1, expected=Non
     course = Course(np.empty((0, outputs)) if expected is None else expected)
     for k in range(samples):
         seen = k - age_ticks
-        course.note(k, drives[k], PERIOD * seen if seen >= 0 else NEVER, measured[max(seen, 0)],
-                    touched >= 0 and k >= touched)
+        course.note(k, drives[k], np.full(outputs, np.nan), PERIOD * seen if seen >= 0 else NEVER,
+                    measured[max(seen, 0)], touched >= 0 and k >= touched)
     return course
+
+
+def following(offsets, memory, touched=-1, blocked=(), weights=(1.0, 1.0, 1.0)):
+    """Course of the first trial, and those after trials on the exact model that miss by (3,) rad each."""
+    samples, courses = 80, [Course(np.empty((0, 3)))]
+    for k, offset in enumerate(offsets):
+        course = trial_of(samples, np.full((samples, 3), 0.01 * k), np.zeros((samples, 4)), touched=touched)
+        course.wanted = [SAMPLED.offset + 0.01 * k + np.asarray(offset)] * samples
+        course.expected, course.progress = courses[-1].expected, courses[-1].progress
+        courses.append(memory.next_course(course, SAMPLED, PERIOD, blocked, np.array(weights)))
+    return courses
+
+
+@given(st.lists(st.floats(0.01, 1.0), min_size=1, max_size=10))
+@settings(deadline=None, max_examples=50)
+def test_after_two_worse_trials_the_best_ones_expectations_are_used(errors):
+    courses = following([[error] * 3 for error in errors], Memory(share=1.0))
+    worse = [k > 0 and errors[k] > min(2.0 * (least := min(errors[:k])), max(1.5 * least, errors[k - 1]))
+             for k in range(len(errors))]
+    stops = next((k for k in range(1, len(errors)) if worse[k - 1] and worse[k]), None)
+    assert [bool(course.pending) for course in courses] == [k - 1 == stops for k in range(len(courses))]
+    if stops is not None:
+        best = courses[int(np.argmin(errors[:stops + 1]))].expected
+        for course in courses[stops + 1:]:
+            np.testing.assert_array_equal(course.expected, best)
+    assert not any(course.pending for course in following([[e] * 3 for e in errors], Memory(stop_after=0)))
+
+
+def test_the_report_of_learning_that_stops_tells_errors():
+    ((status, detail),) = following([[0.4] * 3, [0.1] * 3, [0.3] * 3, [0.3] * 3], Memory())[-1].pending
+    assert status == "learning_stopped"
+    assert detail == ("trials became worse (errors 23, 5.7, 17, 17 deg): from now on the expectations of the "
+                      "one with 5.7 deg are used")
+
+
+@given(st.tuples(*[st.floats(-0.5, 0.5)] * 3), st.tuples(*[st.floats(0.1, 2.0)] * 3))
+@settings(deadline=None, max_examples=30)
+def test_the_error_of_a_trial_is_weighted_and_leaves_out_what_an_object_blocks(offset, weights):
+    (_, course) = following([offset], Memory(), weights=weights)
+    told = np.sqrt(np.average(np.square(offset), weights=weights))
+    assert course.progress.errors == [pytest.approx(told, abs=1e-9)]
+    (_, course) = following([offset], Memory(), touched=0, blocked=(0, 2), weights=weights)
+    assert course.progress.errors == [pytest.approx(abs(offset[1]), abs=1e-9)]
+    assert following([offset], Memory(), touched=0)[1].progress.errors == []
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.05, 1.0))

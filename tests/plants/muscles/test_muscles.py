@@ -355,8 +355,14 @@ def test_many_instants_at_once_are_what_going_to_each_and_reading_there_is():
             inputs = [rng.uniform(0.0, 1.0, 29), np.full(29, 40.0), np.zeros(29),
                       rng.uniform(0.0, 0.5, 29) * (k > 6)]
             times = [now + int(step) for step in np.cumsum(rng.integers(0, 9_000_000, 5))]
-            together = muscles.advance_through(many, inputs, now, times)
+            later = [inputs[0] * (k % 2), np.full(29, 30.0), *inputs[2:]]
+            changes = [(now, inputs), (times[1], later), (times[3] - 1, [later[0], inputs[1], *later[2:]])]
+            together = muscles.advance_through(many, changes, times)
             for i, instant in enumerate(times):
+                while len(changes) > 1 and changes[1][0] < instant:
+                    _, inputs = changes.pop(0)
+                    muscles.advance(one, inputs, now, changes[0][0])
+                    now, inputs = changes[0]
                 muscles.advance(one, inputs, now, instant)
                 now = instant
                 for stack, value in zip(together, muscles.read(one, inputs), strict=True):
