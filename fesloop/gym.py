@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,6 +42,9 @@ from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 
+if TYPE_CHECKING:
+    from fesloop.show.film.present import HandCamera
+
 try:
     import gymnasium
 except ImportError:
@@ -52,6 +55,7 @@ STOPPED = "emergency_stop"
 """Status of the safety block that ends an episode."""
 _JUDGE = "gym_score"
 _ABOUT = ("age_s", "newest_age_s", "present")
+_PICTURE_PX = 640, 480
 _FALLEN_M = 0.1
 """Fall of an object below the hand from which its penalty no longer grows (chosen: the breadth of a hand)."""
 
@@ -123,7 +127,7 @@ class Task:
     seen: for each input that is wired, its number, and the first and the end of its values' entries.
     names: of the entries of an observation. high: (entries,), their upper bounds.
     gaps: whether an input may have lost samples.
-    score: of the experiment.
+    score: of the experiment. document: of the experiment as it was, with its controller.
     """
 
     wiring: Wiring
@@ -136,6 +140,7 @@ class Task:
     high: Array
     gaps: bool
     score: Score
+    document: dict[str, Any]
 
     def observation(self, samples: Sequence[Sample], now_ns: int) -> Array:
         """Values, ages and presence of the samples of all inputs, (entries,)."""
@@ -143,8 +148,9 @@ class Task:
         for number, first, end in self.seen:
             value, oldest_ns, newest_ns, arrived_ns = samples[number]
             found[first:end] = value if isinstance(value, float) else value.ravel()
-            found[end:end + len(_ABOUT)] = ((now_ns - max(oldest_ns, 0)) / NS_PER_S,
-                                            (now_ns - max(newest_ns, 0)) / NS_PER_S, arrived_ns >= 0)
+            found[end] = (now_ns - max(oldest_ns, 0)) / NS_PER_S
+            found[end + 1] = (now_ns - max(newest_ns, 0)) / NS_PER_S
+            found[end + 2] = arrived_ns >= 0
         return np.nan_to_num(found, copy=False) if self.gaps else found
 
 
@@ -183,6 +189,7 @@ def task_of(experiment: Experiment, controller: str, drives: Drives | None) -> T
         wiring=Wiring([*others, judge, agent], [*experiment.wires, *wires], experiment.seed), clock=clock,
         duration_ns=experiment.duration_ns, drives=drives, reach=np.minimum(drives.reach(), 1.0),
         seen=tuple(seen), names=tuple(names), high=np.array(high), score=experiment.score,
+        document=experiment.document(),
         gaps=any(end.source.part.outputs[end.source_port].gaps for end in wired.values()))
 
 
@@ -266,6 +273,8 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
     controller: name of the block that the agent replaces; its one output is pulses.
     effort_weight: 1, above 0 or 0 (chosen: a tenth of full drive costs as much as 0.6 deg).
     fall_weight: 1 (chosen: an object that lies on the floor costs as much as 57 deg).
+    render_mode: "rgb_array": `render` returns the picture that a film would have of this instant: the true
+        hand, and the tracker's over it, (480, 640, 3), uint8; None: there are no pictures. Needs OpenGL.
     drives: from drives to pulses, for a controller without `allocation`, or in place of it.
 
     Attributes
@@ -277,20 +286,28 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
     run fails.
     """
 
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}  # noqa: RUF012 - as gymnasium declares it
+
     def __init__(self, experiment: str | Path | Experiment, settings: Settings = (), *,
                  controller: str = "controller", effort_weight: float = 0.01, fall_weight: float = 1.0,
-                 drives: Drives | None = None) -> None:
+                 drives: Drives | None = None, render_mode: str | None = None) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise InputError("render_mode", f"{render_mode!r}", '"rgb_array" or None')
+        self.render_mode = render_mode
         for key, weight in (("effort_weight", effort_weight), ("fall_weight", fall_weight)):
             if not (math.isfinite(weight) and weight >= 0.0):
                 raise InputError(key, f"{weight}", "a finite number, 0 or more")
         self._experiment, self._settings = experiment, tuple(setting_texts(settings))
         self._controller, self._drives = controller, drives
+        self._camera: HandCamera | None = None
         self._effort_weight, self._fall_weight = effort_weight, fall_weight
         self._base = self._task = self._made(())
         self.observation_names = self._base.names
         self.observation_space = gymnasium.spaces.Box(
             np.where(np.isinf(self._base.high), -np.inf, 0.0), self._base.high, dtype=np.float64)
         self.action_space = gymnasium.spaces.Box(0.0, 1.0, (self._base.drives.channels,), np.float32)
+        # In real time, as near as a whole number of pictures a second comes to it.
+        self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / self._base.clock.period_s))}
         self.loop: Loop | None = None
 
     def _made(self, settings: Sequence[str]) -> Task:
@@ -323,7 +340,9 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
             raise InputError("options.settings", f"{', '.join(settings)} changes the entries of the "
                              "observation or the channels", "settings that leave both as they are",
                              "make another environment with these settings")
-        self.close()
+        self._close_loop()
+        if task is not self._task:  # another hand, maybe
+            self._close_camera()
         self._seed = int(self.np_random.integers(2**31)) if seed is None else seed
         self._task, self._tick = task, 0
         self.loop = Loop(task.wiring.with_seed(self._seed))
@@ -370,11 +389,35 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
             penalty += self._fall_weight * fall * fall
         return penalty
 
+    def render(self) -> NDArray[np.uint8] | None:
+        """Picture of this instant; None without a `render_mode`. Changes nothing in the loop."""
+        if self.render_mode is None:
+            return None
+        if self.loop is None:
+            raise gymnasium.error.ResetNeeded("call reset before render")
+        if self._camera is None:
+            from fesloop.show.film.opengl import require_opengl
+
+            require_opengl()
+            from fesloop.show.film.present import HandCamera
+
+            self._camera = HandCamera(self._task.document, self.loop, *_PICTURE_PX)
+        return self._camera.picture(self.loop)
+
     def close(self) -> None:
-        """Close the loop."""
+        """Close the loop and what draws."""
+        self._close_camera()
+        self._close_loop()
+
+    def _close_loop(self) -> None:
         if self.loop is not None:
             self.loop.close()
             self.loop = None
+
+    def _close_camera(self) -> None:
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
 
 
 def free_hand(settings: Settings = (), **parameters: Any) -> LoopEnv:

@@ -11,9 +11,11 @@ import fesloop
 from controllers.c_export import ilc as ilc_c
 from controllers.c_export import mpc as mpc_c
 from controllers.c_export import pid as pid_c
+from controllers.c_export import tuned_pid as tuned_pid_c
 from controllers.ilc.block import Ilc
 from controllers.mpc.block import Mpc
 from controllers.pid.block import Pid
+from controllers.pid.tuned import TunedPid
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import Sample
@@ -55,6 +57,16 @@ def hour(kind: np.dtype, seconds: int, rng: np.random.Generator) -> np.ndarray:
     return records
 
 
+def tuned_pid(**changes: object) -> TunedPid:
+    """The finger's controller, as shipped."""
+    return replace(fesloop.load("finger_control", {"control": "tuned_pid"}).wiring.node("controller").part,
+                   **changes)
+
+
+def tuned_pid_program(block: TunedPid, *wired: str):
+    return tuned_pid_c.program(block, Context("control", clock=RateClock.from_rate(RATE)), frozenset(wired))
+
+
 def mpc(**changes: object) -> Mpc:
     """The finger's controller, as shipped."""
     return replace(fesloop.load("finger_control").wiring.node("controller").part, **changes)
@@ -64,7 +76,7 @@ def mpc_program(block: Mpc, *wired: str):
     return mpc_c.program(block, Context("control", clock=RateClock.from_rate(RATE)), frozenset(wired))
 
 
-def closed_loop(block: Mpc, kind: np.dtype, steps: int, seed: int) -> np.ndarray:
+def closed_loop(block: Mpc | TunedPid, kind: np.dtype, steps: int, seed: int) -> np.ndarray:
     """Records of a run of the block on a finger that is 40 % stronger than its model, with a noisy sensor.
 
     The reference asks for more than the finger can do; the sensor has pauses and values that are not finite.
@@ -82,9 +94,10 @@ def closed_loop(block: Mpc, kind: np.dtype, steps: int, seed: int) -> np.ndarray
         now = k * PERIOD_NS
         record = records[k]
         if "reference_preview" in kind.names:
-            record["reference_preview"] = course[k + 1:k + 1 + block.horizon]
+            coming = kind["reference_preview"].shape[0]
+            record["reference_preview"] = course[k + 1:k + 1 + coming]
             record["reference_preview_newest_ns"] = now
-        else:
+        if "reference" in kind.names:
             record["reference"], record["reference_newest_ns"] = course[k], now
         record["time_ns"] = now
         tick.index, tick.time_ns = k, now
@@ -108,7 +121,9 @@ def closed_loop(block: Mpc, kind: np.dtype, steps: int, seed: int) -> np.ndarray
         if captured >= 0:
             record["measured"] = measured
         record["measured_newest_ns"] = captured
-        samples[2] = Sample(np.array(record["measured"]), captured, captured, now if captured >= 0 else -1)
+        measured_at = [port.name for port in block.inputs].index("measured")
+        samples[measured_at] = Sample(np.array(record["measured"]), captured, captured,
+                                      now if captured >= 0 else -1)
         (pulses,) = block.step(state, samples, tick)
         drive = block.model.recruitment.fraction(pulses)
         x = plant.a @ x + plant.b @ (1.4 * drive)

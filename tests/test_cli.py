@@ -50,7 +50,8 @@ def test_a_run_ends_with_where_its_report_is_and_what_to_try_next(capsys, tmp_pa
     report, *following = err.splitlines()[-3:]
     assert code == 0
     assert report == f"report: fesloop report {out.strip()}"
-    assert following == ["next:   fesloop run finger_control --set control=pid --set latency_ms=100",
+    same = "--set experiment.duration_s=1 --out " + str(tmp_path)
+    assert following == [f"next:   fesloop run finger_control {same} --set control=pid --set latency_ms=100",
                          f"next:   fesloop run hil_twin --set recording={out.strip()}"]
     _, out, err = run(capsys, "run", out.strip(), "--out", str(tmp_path))
     assert err.splitlines()[-1] == f"report: fesloop report {out.strip()}"

@@ -20,6 +20,7 @@ from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wiring import Wiring
+from fesloop.show.film.stage import drawing_surface
 
 HARD = ["latency_ms=50", "jitter_ms=40", "loss=0.2"]
 
@@ -50,6 +51,15 @@ def scripted(experiment, actions):
     return Loop(Wiring(nodes, experiment.wires, experiment.seed), recorder=Recorder(plant_rate="50"))
 
 
+def draws():
+    """Whether there is OpenGL; the README's tests need no package of Debian."""
+    try:
+        with drawing_surface(64, 64):
+            return True
+    except InputError:
+        return False
+
+
 def episode(env, actions, **reset):
     """Observations, rewards and infos of the actions."""
     seen, info = env.reset(**reset)
@@ -76,7 +86,7 @@ def pick(env, observations, name):
                                               for each in ("Hand", "Grasp"))])
 def test_gymnasium_finds_no_fault(name):
     env = gymnasium.make(f"fesloop/{name}-v0")
-    check_env(env.unwrapped, skip_render_check=True)
+    check_env(env.unwrapped, skip_render_check=not draws())
     assert len(env.unwrapped.observation_names) == env.observation_space.shape[0]
     env.close()
 
@@ -153,6 +163,35 @@ def test_the_reward_is_the_true_error_and_the_effort():
     assert error.max() > 0.0
 
 
+@pytest.mark.parametrize("name", ["Finger", *(pytest.param(each, marks=pytest.mark.slow)
+                                              for each in ("Hand", "Grasp"))])
+def test_pictures_show_the_hand_move_and_change_no_bit_of_the_episode(name):
+    if not draws():
+        pytest.skip("nothing draws in three dimensions here")
+    plain = gymnasium.make(f"fesloop/{name}-v0")
+    filmed = gymnasium.make(f"fesloop/{name}-v0", render_mode="rgb_array")
+    actions = drawn(plain, 60)
+    seen = [[], []]
+    for episodes in range(2):  # the second is after a reset
+        pictures = []
+        for env, rows in zip((plain, filmed), seen, strict=True):
+            rows.append(env.reset(seed=episodes)[0])
+            for k, action in enumerate(actions):
+                if env is filmed and k % 20 == 0:
+                    pictures.append(env.render())
+                observation, reward, *_ = env.step(action)
+                rows.append(np.append(observation, reward))
+        assert all(each.shape == (480, 640, 3) and each.dtype == np.uint8 for each in pictures)
+        hand = [np.mean(each.min(axis=2) < 200) for each in pictures]
+        assert all(0.03 < share < 0.6 for share in hand), hand
+        assert (pictures[0] != pictures[-1]).mean() > 0.001
+    assert np.concatenate(seen[0]).tobytes() == np.concatenate(seen[1]).tobytes()
+    assert plain.unwrapped.render() is None
+    filmed.close()
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        filmed.unwrapped.render()
+
+
 @pytest.mark.slow
 def test_an_object_that_falls_is_penalised():
     env = gymnasium.make("fesloop/Grasp-v0", effort_weight=0.0)
@@ -220,6 +259,7 @@ def test_any_block_that_puts_out_pulses_can_be_replaced():
     (lambda: LoopEnv("finger_control", drives=Allocation(recruitment=None, current_ma=(20.0,))),
      "drives: 1 channels; allowed: 4"),
     (lambda: LoopEnv("hil_dry_stimulator"), "is live"),
+    (lambda: LoopEnv("finger_control", render_mode="human"), "render_mode: 'human'; allowed"),
     (lambda: LoopEnv("salchow2019"), "there is no block 'controller'")])
 def test_what_does_not_fit_is_refused_in_one_line(make, message):
     with pytest.raises(InputError, match=message) as refused:

@@ -47,6 +47,67 @@ def test_no_placeholder_is_printed_and_every_word_is_one(name, recording, played
             assert (f"blocks.recording.layout={layout}" in words) is bool(layout)
 
 
+KEYS = st.from_regex(r"[a-z_]{1,8}(\.[a-z_]{1,8}){0,2}", fullmatch=True)
+VALUES = st.text(st.characters(codec="ascii", exclude_categories=("Cc",)), max_size=8)
+
+
+@given(name=st.sampled_from(sorted(GUIDES)), given=st.dictionaries(KEYS, VALUES, max_size=4),
+       folder=st.sampled_from(["", "own files/"]), seed=st.integers(0, 99))
+@settings(max_examples=60, deadline=None)
+def test_commands_on_the_same_experiment_keep_the_settings_of_the_run(name, given, folder, seed):
+    typed = f"{folder}{name}.toml" if folder else name
+    changed = [f"{key}={value}" for key, value in given.items()]
+    for command in GUIDES[name].next_commands("a.h5", changed, True, typed, ["--seed", str(seed)]):
+        words = shlex.split(command)
+        args = make_parser().parse_args(words[1:])
+        if words[1] not in ("run", "check") or args.experiment != typed:
+            continue
+        own = [each for guide in GUIDES[name].try_next if guide.startswith(f"fesloop {words[1]} {name} ")
+               for each in make_parser().parse_args(shlex.split(guide)[1:]).settings]
+        last = dict(each.split("=", 1) for each in args.settings)
+        assert set(args.settings) <= {*changed, *own}
+        assert set(given) <= set(last), "every setting of the run is there, or the command's own"
+        assert all(last[key] == value or f"{key}={last[key]}" in own for key, value in given.items())
+        assert args.seed == (seed if words[1] == "run" else None)
+
+
+def test_commands_that_would_repeat_the_run_are_left_out():
+    guide = GUIDES["grasp_ilc"]
+    repeated = next(command for command in guide.try_next if command.endswith("--set law=gradient"))
+    assert guide.next_commands("a.h5", ["trials=2"], True, "grasp_ilc") == [
+        command.replace("grasp_ilc", "grasp_ilc --set trials=2") for command in guide.try_next]
+    assert len(guide.next_commands("a.h5", ["law=gradient"], True, "grasp_ilc")) == len(guide.try_next) - 1
+    assert repeated not in guide.next_commands("a.h5", ["law=gradient"], True, "grasp_ilc")
+
+
+def test_commands_that_the_settings_of_the_run_break_are_not_printed(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given = ["--set", "blocks.controller.move_weight=0.002", "--set", "experiment.duration_s=1"]
+    assert main(["run", "finger_control", *given, "--out", "of mine"]) == 0
+    commands = next_lines(capsys.readouterr().err)
+    assert commands == ["fesloop run hil_twin --set 'recording=of mine/finger_control-1.h5'"]
+    assert main(["check", *shlex.split(commands[0])[2:]]) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("given", [
+    ["patient=sci_c6", "cohort=1", "member=3"], ["cohort=1", "member=3", "tracker=constrained"]])
+def test_what_a_run_of_another_patient_suggests_runs_as_printed(given, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sets = [word for setting in given for word in ("--set", setting)]
+    assert main(["run", "identify_grasp", *sets]) == 0
+    for command in next_lines(capsys.readouterr().err):
+        assert main(shlex.split(command)[1:]) == 0, command
+    capsys.readouterr()
+    few = ["any_patient=true", "trials=1"]
+    assert main(["run", "grasp_ilc", *sets, *(word for each in few for word in ("--set", each))]) == 0
+    commands = next_lines(capsys.readouterr().err)
+    assert len(commands) == 2
+    for command in commands:
+        assert "member=3" in command
+        assert main(shlex.split(command)[1:]) == 0, command
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("experiment", ["hil_replay", "replay"])
 @pytest.mark.parametrize("with_layout", [True, False])

@@ -11,9 +11,10 @@ PACKAGE = "controllers.c_export"
 ALLOCATION_FLOPS, ALLOCATION_CALLS = 54, 7
 """Operations and calls of one channel in allocation.c: the quantile calls log, sqrt, and erfc and exp twice,
 the channel exp."""
-OK, NO_INPUT, SATURATED, NON_FINITE = (
+OK, NO_INPUT, SATURATED, NON_FINITE, STALE_INPUT = (
     ("OK", "a channel's drive was computed from these inputs"), ("NO_INPUT", "an input has not arrived yet"),
-    ("SATURATED", "a channel is at its longest pulse"), ("NON_FINITE", "an input is not finite"))
+    ("SATURATED", "a channel is at its longest pulse"), ("NON_FINITE", "an input is not finite"),
+    ("STALE_INPUT", "the newest capture is too old"))
 
 
 def head() -> str:

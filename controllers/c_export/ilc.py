@@ -28,9 +28,10 @@ LAWS = ("gradient", "noilc", "phase_lead")
 def _faults(block: Ilc, where: str, wired: frozenset[str]) -> Iterator[InputError]:
     """Yield an InputError for each setting that C export does not support."""
     if block.law not in LAWS:
-        yield InputError(
-            f"{where}.law", f'"{block.law}" is not available in C', ", ".join(LAWS), "choose one of them"
-        )
+        why = ("bends recruitment" if block.law == "newton"
+               else "solves a quadratic programme over a whole trial")
+        yield InputError(f"{where}.law", f'"{block.law}" is not available in C: it {why}', ", ".join(LAWS),
+                         "choose one of them")
     if block.bank:
         yield InputError(f"{where}.bank", "is not available in C", "one model", "remove it")
     if math.isfinite(block.trial_charge_max_uc):

@@ -5,28 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
-from controllers.c_export import common
+from controllers.c_export import common, quadratic_programme
 from controllers.mpc.block import Mpc
 from controllers.mpc.design import candidates_of
-from controllers.mpc.plan import KNEE_RAD, Plan
-from controllers.quadratic_programme import DEFAULT_ITERATIONS, DEFAULT_REFRESH, DEFAULT_TOLERANCE, SLACK
+from controllers.mpc.plan import KNEE_RAD
+from controllers.quadratic_programme import DEFAULT_ITERATIONS, DEFAULT_REFRESH
 from controllers.timing import period_ns
 from fesloop.c_code.program import Operations, Program, array, define, template
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 
-_PIVOT_LEAST, _MULTIPLIER, _DIRECTION = 3.7e-11, 1e-12, 1e-11
-"""Tolerances of daqp 0.11, so that both solvers pass the same working sets."""
-_SOURCES = ("risen.c", "observer.c", "quadratic_programme.c", "mpc.c")
-_STATUSES = {
-    "STALE_INPUT": "the newest capture is too old",
-    "INFEASIBLE": "no drives within the limits",
-    "ITERATION_LIMIT": "the programme was not solved in time",
-    "INACCURATE": "the solution is not within the limits",
-}
+_SOURCES = ("risen.c", "observer.c", quadratic_programme.SOURCE, "mpc.c")
 
 
 def _faults(block: Mpc, where: str, wired: frozenset[str]) -> Iterator[InputError]:
@@ -64,7 +54,6 @@ def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -
     stored = (known - horizon * outputs - states) // muscles - 1
     source = "reference_preview" if "reference_preview" in wired else "reference"
     inputs = tuple(port for port in block.inputs if port.name in (source, "measured"))
-    constraint, length = normalised(plan)
     sizes = {"STATES": states, "MUSCLES": muscles, "OUTPUTS": outputs, "HORIZON": horizon, "DRIVES": drives,
              "UNKNOWNS": unknowns, "BOUNDS": unknowns + rows, "KEPT": observer.kept}
     preview = source == "reference_preview"
@@ -88,18 +77,6 @@ def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -
         define("BEGIN_S", block.begin_s, "s before which nothing is commanded"),
         define("COMPENSATE_AGE", int(block.compensate_age), "1: predict across the age of a measurement"),
         "",
-        define("ITERATIONS_MAX", DEFAULT_ITERATIONS, "working sets tried in a step"),
-        define("REFRESH", DEFAULT_REFRESH, "solves from one factorisation to the next"),
-        define("BOUND_TOLERANCE", DEFAULT_TOLERANCE, "tolerated violation of a bound"),
-        define(
-            "ACCEPTED",
-            SLACK * DEFAULT_TOLERANCE,
-            "violation, relative to 1 + |bound|, of an accepted solution",
-        ),
-        define("PIVOT_LEAST", _PIVOT_LEAST, "pivot below which a working set is dependent"),
-        define("MULTIPLIER_TOLERANCE", _MULTIPLIER, "tolerated multiplier of the wrong sign"),
-        define("DIRECTION_TOLERANCE", _DIRECTION, "the same in a direction of a dependent set"),
-        "",
         array("DRIVE_GREATEST", block.reach(), "greatest drive of each muscle"),
         *common.allocation_settings(block.allocation()),
         array("OFFSET", observer.offset, "rad, outputs at rest"),
@@ -113,8 +90,7 @@ def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -
         array(
             "FREE", plan.free, "optimal drives without limits, from states, offset less reference, last drive"
         ),
-        array("LENGTH", length, "length of each row of the constraints in u"),
-        array("CONSTRAINT", constraint, "unknowns, then rows, from u = R z; unit length"),
+        *quadratic_programme.settings(plan.hessian, plan.rows, DEFAULT_ITERATIONS),
     )
     if rows > drives:
         settings += (
@@ -131,7 +107,8 @@ def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -
         title=f"Predictive control of {outputs} outputs through {muscles} muscles over {horizon} periods "
         '(fesloop block "mpc")',
         state=_state(),
-        statuses={**dict((common.OK, common.NO_INPUT, common.SATURATED, common.NON_FINITE)), **_STATUSES},
+        statuses={**dict((common.OK, common.NO_INPUT, common.SATURATED, common.NON_FINITE,
+                          common.STALE_INPUT)), **quadratic_programme.STATUSES},
         settings=settings,
         operations=_operations(block, period, sizes, known, observer.ladder.shape[0]),
         code=(
@@ -139,28 +116,8 @@ def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -
             common.allocation_code(),
             *(template(common.PACKAGE, name) for name in _SOURCES),
         ),
-        types=_QP,
+        types=quadratic_programme.TYPES,
     )
-
-
-def normalised(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
-    """Unknowns and rows as functions of u = R z, H = R'R: rows of unit length, and the lengths they had."""
-    inverse = np.linalg.inv(np.linalg.cholesky(plan.hessian).T)
-    rows = np.vstack([np.triu(inverse), plan.rows @ np.triu(inverse)])
-    length = np.linalg.norm(rows, axis=1)
-    return rows / length[:, np.newaxis], length
-
-
-_QP = (
-    "typedef struct {",
-    "    int count, solves;                             /* of the working set; since it was factorised */",
-    "    int set[BLOCK_UNKNOWNS + 1], side[BLOCK_BOUNDS]; /* rows in it; 1: upper bound, -1: lower */",
-    "    double multiplier[BLOCK_UNKNOWNS + 1], target[BLOCK_UNKNOWNS + 1];",
-    "    double lower[(BLOCK_UNKNOWNS + 1) * BLOCK_UNKNOWNS / 2], pivot[BLOCK_UNKNOWNS + 1]; /* L, D */",
-    "    double u[BLOCK_UNKNOWNS], low[BLOCK_BOUNDS], high[BLOCK_BOUNDS], scratch[BLOCK_UNKNOWNS + 1];",
-    "} block_qp;",
-    "",
-)
 
 
 def _state() -> tuple[str, ...]:
@@ -183,17 +140,13 @@ def _operations(block: Mpc, period: int, sizes: dict[str, int], known: int, rung
     """Upper bounds of each part."""
     states, muscles, outputs = sizes["STATES"], sizes["MUSCLES"], sizes["OUTPUTS"]
     n, bounds, kept = sizes["UNKNOWNS"], sizes["BOUNDS"], sizes["KEPT"]
-    rung, active = 2 * states * (states + muscles), n + 1
+    rung = 2 * states * (states + muscles)
     periods = duration_ns(block.max_age_ms, NS_PER_MS, "max_age_ms") // period + 2
     observer = 2 * rung * (periods + kept * (rungs - 1)) + 4 * outputs * (states + outputs + 1)
     boxes = bounds - n - sizes["DRIVES"]
     assembly = 2 * n * known + 2 * known + 16 * bounds + 4 * n * boxes + 40 * muscles
-    append = 2 * n * (active + 1) + active**2 + 4 * active
-    iteration = (2 * active**2 + active + 8 * active + 2 * active * n + bounds * (2 * n + 8)
-                 + max(append, 2 * active**2 + 10 * active))
-    start = active * append
+    start, iteration, last = quadratic_programme.worst_case(n, bounds)
     pulses = (common.ALLOCATION_FLOPS + 20) * muscles
-    last = n * (2 * n + 1) + active * (2 * active + 4 * n + 1)
     total = observer + assembly + start + DEFAULT_ITERATIONS * iteration + last + pulses
     return Operations(
         total,

@@ -43,6 +43,12 @@ def mixing_hessian(gain: Array) -> Array:
     return np.asarray(hessian)
 
 
+def farthest(gain: Array, reach: Array) -> Array:
+    """Limit (outputs,) of references and outputs, rad from rest, of a static gain and greatest drives."""
+    limit: Array = _FARTHEST * np.abs(gain) @ reach
+    return limit
+
+
 @dataclass(slots=True, eq=False)
 class TunedPidState:
     """State of the controller, with the coefficients that follow from its clock.
@@ -269,9 +275,9 @@ class TunedPid:
                  measured: Array) -> tuple[str, Array]:
         """Status, "" without trouble, and the drives (muscles,); `asked` is f."""
         kp, integral, pull, pole, rate = state.gains.T
-        farthest = _FARTHEST * np.abs(state.gain) @ state.reach
+        limit = farthest(state.gain, state.reach)
         rest = self.model.offset
-        reference, asked, measured = (rest + np.clip(each - rest, -farthest, farthest)
+        reference, asked, measured = (rest + np.clip(each - rest, -limit, limit)
                                       for each in (reference, asked, measured))
         expected = self._expected(state, asked, measured) if self.feedforward else reference
         error = expected - measured
@@ -286,7 +292,7 @@ class TunedPid:
         if not result.solved:
             return result.status, np.zeros(self.model.inputs)
         grown = state.integral + integral * error + pull * (state.gain @ result.x - wanted)
-        state.integral = np.clip(grown, -farthest, farthest)
+        state.integral = np.clip(grown, -limit, limit)
         state.derivative, state.previous, state.primed = derivative, measured, True
         return "", result.x
 

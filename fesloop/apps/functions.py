@@ -172,7 +172,7 @@ def export_block(
     Parameters
     ----------
     experiment: name of a shipped experiment, path of a TOML file or a recording, or an Experiment.
-    block: name of a block of the kind pid, ilc or mpc.
+    block: name of a block of the kind pid, tuned_pid, ilc or mpc.
     format: "c" for a folder of sources, "fmu" for FMI 2.0 co-simulation, which needs a C compiler.
     out: new folder, or a new file ending in .fmu; None: exports/EXPERIMENT-BLOCK-FORMAT.
     settings: as in `run`.

@@ -82,24 +82,26 @@ def write_fmu(program: Program, clock: RateClock, target: Path) -> str:
     return guid
 
 
-def _elements(port: Port) -> Iterator[tuple[str, str, str]]:
-    """Name in FMI, place in C, and unit of each element of a port."""
+def _elements(program: Program, port: Port) -> Iterator[tuple[str, str, str, str]]:
+    """Name in FMI, place in C, unit, and description of each element of a port."""
     sizes = [size or 0 for size in port.shape]
     units = port.unit.split(",")
     for index in itertools.product(*map(range, sizes)):
         name = f"{port.name}[{','.join(str(i + 1) for i in index)}]" if index else port.name
         unit = units[index[-1]] if index and len(units) == sizes[-1] else port.unit
-        yield name, port.name + "".join(f"[{i}]" for i in index), unit
+        counted = [of for axis in program.axes if index and (of := axis.name_of(port.name, index))]
+        about = f"{name} ({', '.join(counted)}), {unit}" if counted else f"{name}, {unit}"
+        yield name, port.name + "".join(f"[{i}]" for i in index), unit, about
 
 
 def _variables(program: Program) -> Iterator[_Variable]:
     for port in program.inputs:
         starts = np.ravel(port.initial_value())
-        for (name, place, unit), start in zip(_elements(port), starts, strict=True):
-            yield _Variable(name, f"in.{place}", unit, "input", float(start), f"Input {name}, {unit}")
+        for (name, place, unit, about), start in zip(_elements(program, port), starts, strict=True):
+            yield _Variable(name, f"in.{place}", unit, "input", float(start), f"Input {about}")
     for port in program.outputs:
-        for name, place, unit in _elements(port):
-            yield _Variable(name, f"out.{place}", unit, "output", None, f"Output {name}, {unit}")
+        for name, place, unit, about in _elements(program, port):
+            yield _Variable(name, f"out.{place}", unit, "output", None, f"Output {about}")
     for k, port in enumerate(program.inputs):
         yield _Variable(f"{port.name}_age", f"age[{k}]", "s", "parameter", 0.0,
                         f"Age of {port.name} at a tick: time since its capture, s")

@@ -73,6 +73,43 @@ class Operations:
     between: int = 0
 
 
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """What an index of some ports counts, such as joints or channels of stimulation.
+
+    Attributes
+    ----------
+    kind: first part of the names of its constants, such as "CHANNEL".
+    names: of what it counts, in order; any text. ports: names of the ports.
+    dimension: of the ports' shapes, 0 or -1.
+    """
+
+    kind: str
+    names: tuple[str, ...]
+    ports: tuple[str, ...]
+    dimension: int
+
+    def name_of(self, port: str, index: tuple[int, ...]) -> str:
+        """Name of what a place in a port is of; empty for a port without this axis."""
+        return _in_a_comment(self.names[index[self.dimension]]) if port in self.ports else ""
+
+    def declaration(self) -> list[str]:
+        """An enumeration of the names; numbers take the place of names that are no identifiers of C."""
+        suited = (len({name.upper() for name in self.names}) == len(self.names)
+                  and all(re.fullmatch(r"\w+", name, re.ASCII) for name in self.names))
+        which = "first" if self.dimension == 0 else "last"
+        lines = [f"    BLOCK_{self.kind}_{name.upper()}," if suited
+                 else f"    BLOCK_{self.kind}_{number}, /* {_in_a_comment(name)} */"
+                 for number, name in enumerate(self.names)]
+        lines.append(f"    BLOCK_{self.kind}S = {len(self.names)}")
+        return ["", f"/* {which} index of {', '.join(self.ports)} */", "enum {", *lines, "};"]
+
+
+def _in_a_comment(text: str) -> str:
+    """Text without what would end a comment of C, or is not ASCII."""
+    return re.sub(r"[^\w .,;:()+=-]", "?", text, flags=re.ASCII)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Program:
     """A block in C.
@@ -90,6 +127,7 @@ class Program:
     operations: of a step.
     types: declarations of further types of which the state has members.
     between: declaration and meaning of a further function, such as one between trials; empty for none.
+    axes: what the indices of ports count, as far as it is known.
     """
 
     name: str
@@ -105,6 +143,7 @@ class Program:
     operations: Operations
     types: tuple[str, ...] = ()
     between: tuple[str, ...] = ()
+    axes: tuple[Axis, ...] = ()
 
     def __post_init__(self) -> None:
         if self.name in KEYWORDS or not re.fullmatch(r"[a-z][a-z0-9_]*", self.name):
@@ -155,6 +194,7 @@ class Program:
         body += [
             "    BLOCK_NEVER = -1 /* instant of the newest capture of an input that has not arrived */",
             "};",
+            *(line for axis in self.axes for line in axis.declaration()),
             "",
             "/* what block_step returns */",
             "enum {",

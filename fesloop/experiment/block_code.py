@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -11,9 +12,10 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.registry import kind_of
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
+from fesloop.models.patient_model import electrodes_in_words
 
 if TYPE_CHECKING:
-    from fesloop.c_code.program import Program
+    from fesloop.c_code.program import Axis, Program
     from fesloop.experiment.specification import ExperimentSpecification
 
 GROUP = "fesloop.c_exporters"
@@ -36,7 +38,44 @@ def program_of(experiment: ExperimentSpecification, block: str) -> Program:
     write: Callable[..., Program] = exporters[kind].load()
     wired = frozenset(end.target.part.inputs[end.target_port].name
                       for end in experiment.wiring.connections if end.target is node)
-    return write(node.part, node.context(experiment.seed, 0), wired)
+    program = write(node.part, node.context(experiment.seed, 0), wired)
+    return replace(program, axes=(*_angles(experiment, node, program), *_channels(experiment, node, program)))
+
+
+def _angles(experiment: ExperimentSpecification, node: Node, program: Program) -> Iterator[Axis]:
+    """Names of the controlled angles: those of the signal that is measured, or those that are scored."""
+    from fesloop.c_code.program import Axis
+
+    ports = {port.name: port.shape[-1] for port in program.inputs if port.unit == "rad" and port.shape}
+    rows = [end.source.part.outputs[end.source_port].row_names for end in experiment.wiring.connections
+            if end.target is node and node.part.inputs[end.target_port].name in ports]
+    names = next((each for each in (*rows, experiment.score.joints) if each), ())
+    counted = tuple(name for name, size in ports.items() if size == len(names))
+    if counted:
+        yield Axis("ANGLE", tuple(names), counted, -1)
+
+
+def _channels(experiment: ExperimentSpecification, node: Node, program: Program) -> Iterator[Axis]:
+    """Names of the channels of stimulation: virtual electrodes of the stimulator that pulses lead to, or
+    what the plant names them."""
+    from fesloop.c_code.program import Axis
+
+    (port,) = program.outputs
+    count = port.shape[0] or 0
+    blocks = experiment.document()["blocks"]
+    behind = [node]
+    for each in behind:
+        for end in experiment.wiring.connections:
+            entered = end.target.part.inputs[end.target_port]
+            if end.source is not each or end.target in behind or entered.shape[:1] != (count,):
+                continue
+            behind.append(end.target)
+            names = entered.row_names
+            if "electrodes" in (table := blocks[end.target.name]) and not end.target.is_plant:
+                names = tuple(f"elements {word}" for word in electrodes_in_words(table, count))
+            if len(names) == count:
+                yield Axis("CHANNEL", names, (port.name,), 0)
+                return
 
 
 def _node(experiment: ExperimentSpecification, block: str) -> Node:

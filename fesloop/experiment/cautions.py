@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
 
 import numpy as np
 
@@ -21,6 +23,8 @@ _MEASURED = "measured"
 """Input of a controller that receives the controlled quantity."""
 _INSTANTS = 2000
 """Instants of the scored span at which a reference is evaluated (chosen: ms apart in a trial of seconds)."""
+_SECONDS = re.compile(r"^[^.]*(?<!deg|rad)_s$")
+"""Names of durations in seconds: no rates of rotation, and none in tables, which are time constants."""
 _STILL = 1e-9
 """Chosen: less than this, rad, is round-off and no motion."""
 
@@ -28,12 +32,13 @@ _STILL = 1e-9
 def experiment_cautions(experiment: Experiment, *, blocks: bool = True) -> list[Caution]:
     """Cautions about an experiment.
 
-    They are controllers that no plant reaches, references that do not move while they are scored, inputs that
-    are always or often too old, contradictions between neighbours, and warnings of plants; with `blocks`,
-    also those of blocks, which report them at their first tick.
+    They are controllers that no plant reaches, references that do not move while they are scored, durations
+    longer than a trial, inputs that are always or often too old, contradictions between neighbours, and
+    warnings of plants; with `blocks`, also those of blocks, which report them at their first tick.
     """
     wiring, duration_ns = experiment.wiring, experiment.duration_ns
-    return [*_unclosed(wiring), *_references(experiment), *too_old(wiring, duration_ns),
+    return [*_unclosed(wiring), *_references(experiment), *_endless(experiment),
+            *too_old(wiring, duration_ns),
             *cautions_in_place(wiring, duration_ns), *_warnings(experiment, blocks)]
 
 
@@ -105,6 +110,33 @@ def _references(experiment: Experiment) -> Iterator[Caution]:
                          "scored: an error of 0 shows nothing")
         yield (node.name, "reference_still" if still else "reference_cut_off",
                f"{'; '.join(texts)}; times are in seconds from the trial's beginning")
+
+
+def _endless(experiment: Experiment) -> Iterator[Caution]:
+    """Durations longer than a trial, other than defaults and time constants.
+
+    Blocks that are live wait for others, longer than a trial if need be.
+    """
+    trial_s = experiment.duration_ns / NS_PER_S
+    stated = [(node.name, key, "", value) for node in experiment.wiring.nodes if not is_live(node)
+              for key, value in (*_own_values(node.part), ("offset_ms", node.offset_ms))]
+    stated += [(wire.target.partition(".")[0], "latency_ms", f" of the wire from {wire.source}",
+                float(wire.latency_ms)) for wire in experiment.wires]
+    for node, key, of, value in stated:
+        unit = "ms" if key.endswith("_ms") else "s" if _SECONDS.search(key) else ""
+        limit = {"ms": 1e3 * trial_s, "s": trial_s}.get(unit, np.inf)
+        if value > limit:
+            yield (node, "longer_than_trial", f"{key}{of} is {value:g} {unit}, longer than a trial "
+                   f"({limit:g} {unit}), so that it does not end in one")
+
+
+def _own_values(part: object, within: str = "") -> Iterator[tuple[str, float]]:
+    """Numbers among the parameters of a block and in their tables, other than defaults, with their keys."""
+    for each in fields(part) if is_dataclass(part) else ():
+        value = getattr(part, each.name, None)
+        if isinstance(value, (int, float)) and value != each.default:
+            yield f"{within}{each.name}", float(value)
+        yield from _own_values(value, f"{within}{each.name}.")
 
 
 def _span(times: np.ndarray) -> str:

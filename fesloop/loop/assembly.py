@@ -169,6 +169,11 @@ class BlockStation:
             oldest = newest = 0 if self._incoming else time_ns
         return oldest, newest
 
+    @property
+    def newest(self) -> Sequence[Value | None]:
+        """Newest value of each output; None before the first."""
+        return self._outputs.newest
+
     def skip(self, why: str) -> None:
         """Skip the tick that is due, and record that."""
         self.events.append((self.due, self.name, "skipped", f"tick {self.index}: {why}"))

@@ -12,17 +12,14 @@ lock and stay in the common class. Processes and threads that are started later 
 
 from __future__ import annotations
 
-import ctypes
 import gc
-import os
 import sys
 import threading
 import time
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -31,12 +28,6 @@ from threadpoolctl import ThreadpoolController
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.realtime import Pacer, Pacing
 from fesloop.loop.run import Loop
-
-_MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
-"""Flags of mlockall in Linux's <asm-generic/mman.h>."""
-_CAP_IPC_LOCK = 14
-"""Number of the capability that lifts the limit on locked memory (`capabilities(7)`)."""
-
 
 _NOT_LOCKED, _COMMON = "not locked: not requested", "as any other program"
 
@@ -60,102 +51,22 @@ def realtime_privileges(lock_memory: bool, priority: int, beside: Collection[int
 
     The priority holds for the calling thread and for those `beside` it (see `threads_now`).
     """
-    before = _scheduling_of([0, *beside]) if priority else {}
-    scheduling = _raise_priority(priority, before) if priority else _COMMON
-    memory = _lock_memory() if lock_memory else _NOT_LOCKED
+    from fesloop import posix  # other runs do without
+
+    before = posix.scheduling_of([0, *beside]) if priority else {}
+    scheduling = posix.raise_priority(priority, before) if priority else _COMMON
+    memory = posix.lock_memory() if lock_memory else _NOT_LOCKED
     try:
         yield Granted(memory, scheduling)
     finally:
         if memory.startswith("locked"):
-            _libc().munlockall()
-        _set_back(before)
+            posix.unlock_memory()
+        posix.set_back(before, threads_now())
 
 
 def threads_now() -> frozenset[int]:
     """Threads of this process that take Python's lock, by the numbers that the kernel has for them."""
     return frozenset(thread.native_id for thread in threading.enumerate() if thread.native_id is not None)
-
-
-def attainable(priority: int) -> int:
-    """The priority, or the greatest that an ordinary user may request (RLIMIT_RTPRIO) where that is lower."""
-    if sys.platform != "linux":
-        return priority
-    import resource
-
-    limit = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
-    return limit if 0 < limit < priority else priority
-
-
-def _scheduling_of(threads: Collection[int]) -> dict[int, tuple[int, os.sched_param]]:
-    """Class and parameters of threads, 0 the calling one; those that have ended are left out."""
-    found = {}
-    if sys.platform == "linux":
-        for thread in threads:
-            with suppress(ProcessLookupError):
-                found[thread] = os.sched_getscheduler(thread), os.sched_getparam(thread)
-    return found
-
-
-def _raise_priority(priority: int, threads: Collection[int]) -> str:
-    """Raise the priority of threads, the calling one first; return the outcome in words."""
-    if sys.platform != "linux":
-        return f"refused: {sys.platform} has no SCHED_FIFO"
-    raised = 0
-    for thread in threads:
-        try:
-            os.sched_setscheduler(thread, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
-        except ProcessLookupError:
-            continue
-        except PermissionError:
-            return "refused: needs CAP_SYS_NICE, or a limit such as 'rtprio 50' in /etc/security/limits.conf"
-        except OSError as fault:
-            return f"refused: {fault.strerror}"
-        raised += 1
-    others = "1 thread" if raised == 2 else f"{raised - 1} threads"
-    return f"SCHED_FIFO, priority {priority}" + (f", with {others} beside the loop's" if raised > 1 else "")
-
-
-def _set_back(before: Mapping[int, tuple[int, os.sched_param]]) -> None:
-    """Give threads that are still there the class that they had.
-
-    Only root may undo that children do not inherit a class; for the common class it has no meaning.
-    """
-    here = threads_now()
-    for thread, (scheduler, parameters) in before.items():
-        if thread and thread not in here:
-            continue
-        with suppress(ProcessLookupError):
-            try:
-                os.sched_setscheduler(thread, scheduler, parameters)
-            except PermissionError:
-                os.sched_setscheduler(thread, scheduler | os.SCHED_RESET_ON_FORK, parameters)
-
-
-def _lock_memory() -> str:
-    if sys.platform != "linux":
-        return f"refused: not known how on {sys.platform}"
-    import resource  # there is none on some other systems
-
-    limit = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0]
-    unlimited = limit == resource.RLIM_INFINITY or bool(int(_own_status("CapEff"), 16) >> _CAP_IPC_LOCK & 1)
-    if _own_status("VmLck").split()[0] != "0":
-        return "was locked before the run"
-    which = _MCL_CURRENT | _MCL_ONFAULT | (_MCL_FUTURE if unlimited else 0)
-    libc = _libc()
-    if libc.mlockall(which) == 0:
-        return "locked" if unlimited else "locked as far as it was in use at the start"
-    reason = os.strerror(ctypes.get_errno())
-    return f"refused: {reason}; the limit is {limit / 1e6:.1f} MB (ulimit -l)"
-
-
-def _libc() -> ctypes.CDLL:
-    return ctypes.CDLL(None, use_errno=True)
-
-
-def _own_status(key: str) -> str:
-    """A line of the kernel's status of this process (`proc(5)`)."""
-    lines = Path("/proc/self/status").read_text(encoding="utf-8", errors="replace").splitlines()
-    return next(line.partition(":")[2].strip() for line in lines if line.startswith(f"{key}:"))
 
 
 _OFTEN_NS = NS_PER_S

@@ -34,6 +34,10 @@ _NO_MESSAGE = (0.0, NEVER, NEVER, FOREVER)
 """Message that never arrives."""
 
 
+def _named(plant: Plant, values: Sequence[Value]) -> dict[str, Value]:
+    return {port.name: value for port, value in zip(plant.outputs, values, strict=True)}
+
+
 class PlantInputs:
     """Input values of a plant, constant between messages.
 
@@ -247,6 +251,10 @@ class ExactStation:
     def read_now(self) -> tuple[Value, ...]:
         """Outputs of the instant `now`."""
         return self._read(self.state, self._inputs.values)
+
+    def peek(self) -> dict[str, Value]:
+        """Outputs by port as of the instant `now`, read from a copy of the state: nothing changes."""
+        return _named(self.plant, self._read(copy.deepcopy(self.state), self._inputs.values))
 
     def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
         """(instant, instant, outputs) at increasing instants; the plant advances to each."""
@@ -488,6 +496,10 @@ class GridStation:
         if self._shown is None or self.plant.feedthrough:
             self._shown = self._read(self.state, self._inputs.values)
         return self._shown
+
+    def peek(self) -> dict[str, Value]:
+        """Outputs by port as of the instant `now`, read from a copy of the state: nothing changes."""
+        return _named(self.plant, self._read(copy.deepcopy(self.state), self._inputs.values))
 
     def _latch_due(self) -> None:
         """Deliver what arrived by the last grid tick, in order of arrival; it acts from there on."""

@@ -30,7 +30,7 @@ from fesloop.loop.latency import LatencyReport
 from fesloop.loop.nodes import Node
 from fesloop.loop.plants import Sampler
 from fesloop.loop.record import EventRow, Recorder
-from fesloop.loop.signals import Sample
+from fesloop.loop.signals import Sample, Value
 from fesloop.loop.wiring import Wiring, require_count
 
 
@@ -153,10 +153,11 @@ def _number(value: Real) -> str:
 class Agenda:
     """Stations by the instants at which they are due, then by their number in the firing order."""
 
-    __slots__ = ("_ahead", "_heap")
+    __slots__ = ("_ahead", "_heap", "_numbers")
 
     def __init__(self, stations: Iterable[tuple[int, BlockStation | Sampler]]) -> None:
         self._heap = [(station.due, number, station) for number, station in stations]
+        self._numbers = {id(station): number for _, number, station in self._heap}
         self._ahead = [station for _, _, station in self._heap if isinstance(station, AheadStation)]
         heapify(self._heap)
 
@@ -174,8 +175,8 @@ class Agenda:
         heap = self._heap
         for each in self._ahead:
             each.until_ns = time_ns - 1
-        last = (time_ns, next(number for _, number, station in heap if station is turn))
-        while heap[0][:2] < last:
+        last = (time_ns, self._numbers[id(turn)])
+        while heap[0] < last:  # a longer tuple is not less than its beginning: stations are not compared
             now, number, station = heap[0]
             heapreplace(heap, (station.fire(now), number, station))
 
@@ -264,6 +265,7 @@ class Loop:
         self.now = -1
         made = assembled(self.wiring, self.trial, states, self.recorder, self._events)
         self._links, self._plants, self._blocks = made.links, made.plants, made.blocks
+        self._named = {block.name: block for block in made.blocks}
         self._samplers, self._publishers = made.samplers, made.publishers
         self._schedule()
 
@@ -292,7 +294,7 @@ class Loop:
         Raises InputError where the block has no tick to come at `time_ns`; else as `run_until`.
         """
         time_ns = _whole_ns(time_ns)
-        turn = next((block for block in self._blocks if block.name == name), None)
+        turn = self._named.get(name)
         if turn is None:
             raise InputError("run_until_turn", f"there is no block {name!r}",
                              ", ".join(block.name for block in self._blocks))
@@ -400,6 +402,15 @@ class Loop:
         states = {name: plant.state for name, plant in self._plants.items()}
         states.update((block.name, block.state) for block in self._blocks)
         return states
+
+    def newest(self, name: str) -> dict[str, Value]:
+        """Newest outputs of a node, by port: of a block what it has put out last, of a plant what it would
+        put out now. A block that has put out nothing has none. Nothing changes."""
+        if name in self._plants:
+            return self._plants[name].peek()
+        block = self._named[name]
+        return {port.name: value for port, value in zip(block.block.outputs, block.newest, strict=True)
+                if value is not None}
 
     def snapshot(self) -> Snapshot:
         """Snapshot of everything that changes. Raises SnapshotError where a device cannot save its state."""

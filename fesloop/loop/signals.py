@@ -255,6 +255,11 @@ class Outputs:
         self._given, self._taken = values, taken
         return tuple(taken)
 
+    @property
+    def newest(self) -> Sequence[Any]:
+        """Values taken last; None for each before the first."""
+        return self._taken
+
     def save(self) -> Any:
         """Return everything that changes, for a snapshot."""
         return self._given, self._taken

@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 def best_trial(recording: Recording, metrics: Mapping[str, Any] | None = None) -> int:
     """Trial that held its object, if any did, and among these the one with the least `joint_rmse_deg`.
 
-    The last trial where none has such an error: earlier ones may be without stimulation. A trial that was
-    broken off is passed over if there is another.
+    The last trial where none has such an error, or where none held its object and the first has the least:
+    learning begins without stimulation, and what it came to is in the last. A trial that was broken off is
+    passed over if there is another.
 
     `metrics`: of the recording; None: computed here.
     """
@@ -39,7 +40,8 @@ def best_trial(recording: Recording, metrics: Mapping[str, Any] | None = None) -
     kept = [trial for trial in known if held[trial]] or known
     if not kept:
         return max((trial for trial in range(complete) if held[trial]), default=complete - 1)
-    return min(kept, key=lambda trial: float(errors[trial]))
+    best = min(kept, key=lambda trial: float(errors[trial]))
+    return best if best > 0 or held[best] else complete - 1
 
 
 def _by_trial(values: Any, count: int) -> list[Any]:

@@ -9,10 +9,9 @@ from __future__ import annotations
 import json
 import logging
 import os
-import resource
-import signal
 import struct
 import sys
+import threading
 import time
 import warnings
 from bisect import bisect_left
@@ -25,7 +24,9 @@ import h5py
 import numpy as np
 
 from fesloop.errors import InputError
+from fesloop.posix import limit_memory, limit_processor_time
 from fesloop.streams import hdf5
+from fesloop.streams.reading import IDLE
 from fesloop.streams.text_table import parse_columns, parse_table
 
 IDLE_S = 30
@@ -259,9 +260,9 @@ def serve() -> None:
     """Answer requests on standard input, a line of JSON each, on standard output, until there is none."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever a library prints is no answer
-    signal.alarm(IDLE_S)
+    idle = _idle()
     for line in sys.stdin.buffer:
-        signal.alarm(0)
+        idle.cancel()
         header, arrays = _answer(**json.loads(line))
         text = json.dumps(header).encode()
         answers.write(struct.pack("<Q", len(text)) + text)
@@ -269,16 +270,22 @@ def serve() -> None:
             answers.write(array.reshape(-1).view(np.uint8).data)
         answers.flush()
         del arrays
-        signal.alarm(IDLE_S)
+        idle = _idle()
+
+
+def _idle() -> threading.Timer:
+    """Timer that ends this process if no file comes."""
+    timer = threading.Timer(IDLE_S, os._exit, (IDLE,))
+    timer.daemon = True
+    timer.start()
+    return timer
 
 
 def _answer(form: str, path: str, where: str, options: dict[str, Any], memory_bytes: int,
             seconds: int) -> tuple[dict[str, Any], list[np.ndarray[Any, Any]]]:
     """Content of a file or its fault, and the arrays that belong to it."""
-    limit = _address_space() + memory_bytes
-    resource.setrlimit(resource.RLIMIT_AS, (limit, resource.getrlimit(resource.RLIMIT_AS)[1]))
-    until = int(time.process_time()) + 1 + seconds
-    resource.setrlimit(resource.RLIMIT_CPU, (until, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+    limit_memory(memory_bytes)
+    limit_processor_time(int(time.process_time()) + 1 + seconds)
     arrays: list[np.ndarray[Any, Any]] = []
     try:
         with warnings.catch_warnings():
@@ -295,9 +302,3 @@ def _answer(form: str, path: str, where: str, options: dict[str, Any], memory_by
                           f"({type(fault).__name__}: {reason[0] if reason else 'no reason given'})",
                           "an undamaged file", "copy the file again"]}, []
     return {"content": content}, arrays
-
-
-def _address_space() -> int:
-    """Bytes of address space that this process has."""
-    with Path("/proc/self/statm").open() as pages:
-        return int(pages.read().split()[0]) * resource.getpagesize()

@@ -8,13 +8,12 @@ read where they are, not in the reader process, so that heaps are walked here fi
 
 from __future__ import annotations
 
-import os
 import secrets
 import struct
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
@@ -78,20 +77,23 @@ def require_sound_heaps(path: Path) -> None:
             text, end = before + block, end + len(block)
             found = text.find(_HEAP)
             while found >= 0:
-                _require_sound_heap(file.fileno(), end - len(text) + found, size)
+                _require_sound_heap(file, end - len(text) + found, size)
+                file.seek(end)
                 found = text.find(_HEAP, found + 1)
             before = text[1 - len(_HEAP):]
 
 
-def _require_sound_heap(file: int, start: int, file_size: int) -> None:
+def _require_sound_heap(file: BinaryIO, start: int, file_size: int) -> None:
     """Check the objects of the heap at `start`: each must be inside it and take some bytes."""
-    header = os.pread(file, _HEAP_HEADER.size, start)
+    file.seek(start)
+    header = file.read(_HEAP_HEADER.size)
     if len(header) < _HEAP_HEADER.size:
         return
     _, version, size = _HEAP_HEADER.unpack(header)
     if version != 1 or not _HEAP_HEADER.size <= size <= min(file_size - start, _LARGEST_HEAP):
         return  # HDF5 itself refuses those
-    heap, at = os.pread(file, size, start), _HEAP_HEADER.size
+    file.seek(start)
+    heap, at = file.read(size), _HEAP_HEADER.size
     while at + _OBJECT.size <= len(heap):
         index, _, length = _OBJECT.unpack_from(heap, at)
         taken = length if index == 0 else _OBJECT.size + -(-length // 8) * 8

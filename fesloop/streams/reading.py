@@ -26,6 +26,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.given_files import exists, is_file, is_folder
+from fesloop.posix import ran_out_of_time
 
 ZIP, HDF5, MATLAB, MATLAB_73 = b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0", b"MATLAB 7.3"
 FORMATS = "a MATLAB .mat or a NumPy .npz recording"
@@ -40,6 +41,8 @@ _BUSY = 10.0
 machine makes it wait)."""
 _NUMERIC = "fiubc"
 _ENDING_S = 5.0
+IDLE = 75
+"""Exit code of a process for which there was no file for a while."""
 
 
 def read_file(form: str, path: Path, **options: Any) -> Any:
@@ -67,6 +70,7 @@ class _Reader:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
+        self._impatient = False
         self.memory_bytes, self.seconds = LEAST_BYTES, LEAST_S
 
     def ask(self, form: str, path: Path, options: Mapping[str, Any]) -> Any:
@@ -87,9 +91,10 @@ class _Reader:
                     answer = self._exchange(request.encode() + b"\n", memory, seconds)
                 except EOFError:
                     ended = -self.close()
-                    if ended == signal.SIGALRM:  # it has just ended after waiting too long for a file
+                    if ended == -IDLE:  # it has just ended after waiting too long for a file
                         continue
-                    raise InputError(where, _cause(ended, seconds), "an undamaged file",
+                    cause = _cause(ended, seconds, self._impatient)
+                    raise InputError(where, cause, "an undamaged file",
                                      "copy the file again") from None
         header, arrays = answer
         if "fault" in header:
@@ -101,7 +106,8 @@ class _Reader:
         process = self._running()
         assert process.stdin is not None
         assert process.stdout is not None
-        patience = threading.Timer(_BUSY * seconds, process.kill)
+        self._impatient = False
+        patience = threading.Timer(_BUSY * seconds, self._end_hanging, (process,))
         patience.daemon = True
         patience.start()
         try:
@@ -123,6 +129,10 @@ class _Reader:
         finally:
             patience.cancel()
         return header, arrays
+
+    def _end_hanging(self, process: subprocess.Popen[bytes]) -> None:
+        self._impatient = True
+        process.kill()
 
     def _running(self) -> subprocess.Popen[bytes]:
         if self._process is not None and self._owner == os.getpid() and self._process.poll() is None:
@@ -156,9 +166,9 @@ class _Reader:
             return process.wait()
 
 
-def _cause(ended: int, seconds: int) -> str:
-    """Reason why the reader process gave no answer, by the signal that ended it."""
-    if ended in (signal.SIGXCPU, signal.SIGKILL):
+def _cause(ended: int, seconds: int, impatient: bool) -> str:
+    """Reason why the reader process gave no answer, by the signal that ended it, or that it was hanging."""
+    if impatient or ran_out_of_time(ended):
         return f"is not read within {seconds} s"
     return f"crashes its reader ({signal.Signals(ended).name if ended > 0 else f'exit code {-ended}'})"
 

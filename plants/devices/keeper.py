@@ -30,7 +30,8 @@ import time
 from contextlib import suppress
 from types import FrameType
 
-from fesloop.loop.machine import attainable, realtime_privileges
+from fesloop.loop.machine import realtime_privileges
+from fesloop.posix import attainable
 from plants.devices.driver import DeviceFault, Pulses, StimulatorDriver, driver_at, driver_faults
 from plants.devices.messages import (
     MOST_BYTES,

@@ -20,6 +20,7 @@ from fesloop.loop.block import Block, Context, Tick
 from fesloop.loop.clock import NS_PER_MS, parse_rate
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.posix import require_linux
 from plants.devices.driver import StimulatorDriver, stated_ms
 from plants.devices.kept_device import KeptDevice
 from plants.devices.messages import Terms
@@ -198,9 +199,11 @@ class StimulatorDevice:
     def init(self, context: Context) -> DeviceInUse:
         """Open the device, without current.
 
-        Raises InputError for settings beyond the device and for a missing library, RunError if the device
-        does not answer.
+        Raises InputError for settings beyond the device, for a missing library and on another system than
+        Linux, RunError if the device does not answer.
         """
+        require_linux(f"blocks.{context.name}", "the process that holds a stimulator",
+                      "run it on Linux; experiments without a device run here")
         driver: type[StimulatorDriver] = find_driver(self.driver)
         try:
             self._check_driver()

@@ -166,7 +166,7 @@ class Finger(PlantToControl):
     @property
     def inputs(self) -> tuple[Port, ...]:
         """Stimulation of FDP, FDS, EDC, INT."""
-        return (Port("stimulation", (4, 2), "A,s"),)
+        return (Port("stimulation", (4, 2), "A,s", rows=MUSCLES),)
 
     @property
     def outputs(self) -> tuple[Port, ...]:

@@ -18,6 +18,7 @@ from fesloop.errors import InputError, RunError, SnapshotError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
+from fesloop.posix import is_linux, require_linux
 from plants.fmu.archive import SHIPPED, ExtractedFmu
 from plants.fmu.description import NUMERIC, FmuDescription, FmuVariable, read_description
 from plants.fmu.library import StartValue, integer_range
@@ -219,9 +220,10 @@ class Fmu:
     starts: start values of variables, mainly parameters, by name; for an array (FMI 3.0) a number for each
         element, last index fastest. The start value of an input holds until its first message.
     substeps: Runge-Kutta steps of order 8 in a communication step (model exchange only).
-    isolate: whether the FMU runs in a process of its own. Default: true, except for "shipped:finger", which
-        is compiled from fesloop's own sources; no other file is trusted like it. False is refused for an FMU
-        that can be instantiated only once in a process.
+    isolate: whether the FMU runs in a process of its own, which needs Linux. Default there: true, except for
+        "shipped:finger", which is compiled from fesloop's own sources; no other file is trusted like it.
+        Elsewhere an FMU that crashes ends the run's process. False is refused for an FMU that can be
+        instantiated only once in a process.
     probe_timeout_s: time limit of the trial at load, and of initialisation in a process of its own.
     step_timeout_s: time limit of a step in a process of its own, at least 0.001 s.
     memory_mb: limit of the data that the FMU allocates in a process of its own.
@@ -261,6 +263,9 @@ class Fmu:
                 raise InputError(name, f"{getattr(self, name):g}", f"{_SHORTEST_S:g} to {_LONGEST_S:g} s")
         if not 1 <= self.memory_mb <= _MOST_MB:
             raise InputError("memory_mb", f"{self.memory_mb}", f"1 to {_MOST_MB}")
+        if self.isolate:
+            require_linux("isolate", "a process of the FMU's own", "remove isolate: the FMU then runs in the "
+                          "process of the run, which its crash ends")
         grid = RateClock.from_rate(self.step_rate, where="step_rate")
         extracted = ExtractedFmu(Path(self.path))
         try:
@@ -317,7 +322,7 @@ class Fmu:
 
     @property
     def _isolated(self) -> bool:
-        return self.path != SHIPPED if self.isolate is None else self.isolate
+        return is_linux() and self.path != SHIPPED if self.isolate is None else self.isolate
 
     @property
     def _isolation(self) -> Isolation:

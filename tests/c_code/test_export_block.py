@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import json
 import subprocess
+from dataclasses import replace
 
 import pytest
 from c_code_parts import needs_gcc
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import fesloop
 from fesloop.apps.cli import main
+from fesloop.c_code.program import Axis
+from fesloop.experiment.block_code import program_of
+from plants.finger.plant import MUSCLES
 
 PID = ["export", "finger_pid_latency", "--block", "controller"]
 
@@ -88,3 +94,36 @@ def test_a_full_folder_is_kept(tmp_path, capsys):
     with pytest.raises(fesloop.InputError, match="is not empty"):
         fesloop.export_block("finger_pid_latency", "controller", out=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_headers_name_joints_and_channels(tmp_path):
+    """Truth: the order of the plant's muscles, and the virtual electrodes of the experiment's stimulator."""
+    fesloop.export_block("finger_control", "controller", out=tmp_path / "finger")
+    header = " ".join((tmp_path / "finger" / "controller.h").read_text().split())
+    for said, kind, names in (("last index of reference_preview, measured", "ANGLE", ("MCP", "PIP", "DIP")),
+                              ("first index of stimulation", "CHANNEL", MUSCLES)):
+        constants = ", ".join(f"CONTROLLER_{kind}_{name.upper()}" for name in names)
+        assert f"/* {said} */ enum {{ {constants}, CONTROLLER_{kind}S = {len(names)} }};" in header
+
+    settings = {"law": "gradient"}
+    fesloop.export_block("open_close_ilc", "controller", out=tmp_path / "hand", settings=settings)
+    header = (tmp_path / "hand" / "controller.h").read_text()
+    assert "CONTROLLER_ANGLE_WRIST_EXTENSION,\n    CONTROLLER_ANGLE_FINGER_FLEXION," in header
+    stimulator = fesloop.load("open_close_ilc").wiring.node("stimulator").part
+    for channel, electrode in enumerate(stimulator.electrodes):
+        elements = "+".join(map(str, electrode.elements))
+        assert f"CONTROLLER_CHANNEL_{channel}, /* elements {elements} */" in header
+
+
+@needs_gcc
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.one_of(st.text(max_size=12), st.sampled_from(["*/", "int", "MCP", "mcp", "a b", "3", ""])),
+                min_size=3, max_size=3))
+def test_any_names_give_headers_that_compile(tmp_path_factory, names):
+    program = replace(program_of(fesloop.load("finger_pid_latency"), "controller"),
+                      axes=(Axis("ANGLE", tuple(names), ("measured",), -1),))
+    folder = tmp_path_factory.mktemp("names")
+    for name, text in program.files().items():
+        (folder / name).write_text(text, encoding="ascii")
+    strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+    subprocess.run(["gcc", *strict, "controller.c"], cwd=folder, check=True)

@@ -8,7 +8,19 @@ import subprocess
 import numpy as np
 import pytest
 from c_code_parts import record_type
-from c_controller_parts import closed_loop, hour, ilc, ilc_program, mpc, mpc_program, pid, pid_program, trials
+from c_controller_parts import (
+    closed_loop,
+    hour,
+    ilc,
+    ilc_program,
+    mpc,
+    mpc_program,
+    pid,
+    pid_program,
+    trials,
+    tuned_pid,
+    tuned_pid_program,
+)
 
 from controllers.c_export.ilc import LAWS
 
@@ -119,4 +131,16 @@ def test_predictive_control_stays_below_its_worst_case(tmp_path, monkeypatch):
     flops, calls, _ = counted(program, closed_loop(block, record_type(program), 1500, 1), tmp_path)
     print(f"{flops} of at most {program.operations.flops}")
     assert 0.05 * program.operations.flops < flops <= program.operations.flops
+    assert calls <= program.operations.calls
+
+
+@needs_gxx
+def test_the_tuned_pid_stays_below_its_worst_case(tmp_path, monkeypatch):
+    import controllers.c_export.tuned_pid as in_c
+
+    monkeypatch.setattr(in_c, "DEFAULT_ITERATIONS", 4)
+    program = tuned_pid_program(tuned_pid(), "reference_preview")
+    flops, calls, _ = counted(program, closed_loop(tuned_pid(), record_type(program), 1500, 1), tmp_path)
+    print(f"{flops} of at most {program.operations.flops}")
+    assert 0.25 * program.operations.flops < flops <= program.operations.flops
     assert calls <= program.operations.calls

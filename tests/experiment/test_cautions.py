@@ -8,7 +8,10 @@ from hypothesis import strategies as st
 
 import fesloop
 from fesloop.apps.cli import main
+from fesloop.errors import FesloopError
 from fesloop.experiment.cautions import experiment_cautions
+from fesloop.experiment.files.parse import read
+from fesloop.experiment.files.source import shipped
 from fesloop.experiment.recording.reading import Recording
 from fesloop.show.report.run.known import known_of
 from fesloop.show.report.run.sentence import sentence_of
@@ -56,3 +59,34 @@ def test_check_run_and_report_say_it(change, said, tmp_path, capsys, monkeypatch
     assert re.search(f"fesloop: caution: .*{re.escape(said)}", out.err)
     with Recording(out.out.strip().splitlines()[-1]) as recording:
         assert said in sentence_of(known_of(recording))
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.sampled_from([("finger_control", key, 6000.0) for key in (
+    "latency_ms", "silence_ms", "blocks.tracker.offset_ms")]
+    + [("grasp_emg", "blocks.reference.hold_ms", 14000.0), ("finger_pid_latency", "latency_ms", 12000.0)]),
+    st.floats(1.0, 1e9).map(lambda value: round(value, 2)))
+def test_durations_longer_than_a_trial_are_named(case, value):
+    name, key, trial_ms = case
+    given = [f"{key}={value}", *(["control=pid"] if name == "finger_control" else [])]
+    found = [detail for _, status, detail in experiment_cautions(fesloop.load(name, given))
+             if status == "longer_than_trial"]
+    assert len(found) == (value > trial_ms)
+    assert all(f"{key.rpartition('.')[2]}" in each and f"longer than a trial ({trial_ms:g} ms)" in each
+               for each in found)
+
+
+@pytest.mark.slow
+def test_no_shipped_experiment_has_a_duration_longer_than_its_trial():
+    """With every option of every variant: muscles fatigue over minutes, and sensors drift over hours."""
+    for name in shipped():
+        _, document = read(name)
+        variants = document.get("variants", {}).items()
+        for picked in ([], *([f"{variant}={option}"] for variant, table in variants
+                             for option in table if option != "default")):
+            try:
+                experiment = fesloop.load(name, picked)
+            except FesloopError:  # needs more settings
+                continue
+            statuses = [status for _, status, _ in experiment_cautions(experiment)]
+            assert "longer_than_trial" not in statuses, (name, picked)

@@ -5,13 +5,14 @@ import sys
 
 import pytest
 
-from fesloop.loop.machine import attainable
+from fesloop.posix import attainable
 
 resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="of Linux")
 SHOW = """
 import os, resource, sys
 from pathlib import Path
+import fesloop.posix  # before the test becomes a user who cannot read it
 from fesloop.loop.machine import realtime_privileges
 
 def locked_kb():

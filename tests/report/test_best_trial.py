@@ -14,6 +14,8 @@ NAN = float("nan")
     (4, "done", {"joint_rmse_deg": [9.0, 4.0, 3.0, 5.0]}, 2),
     (4, "done", {"joint_rmse_deg": [1.0, 4.0, 3.0, 5.0], "held": [False, True, True, True]}, 2),
     (4, "done", {"joint_rmse_deg": [9.0, 4.0, 3.0, 5.0], "held": [False, None, False, False]}, 2),
+    (3, "done", {"joint_rmse_deg": [1.0, 4.0, 3.0]}, 2),
+    (3, "done", {"joint_rmse_deg": [1.0, 4.0, 3.0], "held": [True, False, True]}, 0),
     (3, "done", {"joint_rmse_deg": [NAN, NAN, NAN]}, 2),
     (3, "done", {"joint_rmse_deg": [NAN, NAN, NAN], "held": [True, True, False]}, 1),
     (3, "done", {}, 2),
@@ -24,7 +26,7 @@ NAN = float("nan")
     (1, "running", {}, 0),
     (0, "failed", {}, 0),
 ])
-def test_the_best_trial_held_its_object_with_the_least_error_and_is_complete(trials, status, metrics, best):
+def test_the_best_trial_held_its_object_or_has_the_least_error_and_is_complete(trials, status, metrics, best):
     assert best_trial(SimpleNamespace(trials=trials, status=status), metrics) == best
 
 

@@ -2,7 +2,6 @@
 memory is refused in one line, and the next file is read."""
 
 import os
-import signal
 import struct
 import subprocess
 import sys
@@ -144,8 +143,17 @@ def test_a_process_that_ended_since_the_last_file_is_started_again(tmp_path):
     reader = reading._Reader()
     for _ in range(2):
         assert reader.ask("npz", tmp_path / "sound.npz", {})["x"].sum() == 3.0
-        reader._process.send_signal(signal.SIGALRM)  # as when no file has come for a while
+        reader.close()
+        code = f"import os, sys; sys.stdin.readline(); os._exit({reading.IDLE})"
+        reader._process = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE,
+                                           stdout=subprocess.PIPE)
     reader.close()
+
+
+def test_a_process_without_files_ends_after_a_while():
+    code = "from fesloop.streams import decoders; decoders.IDLE_S = 0.2; decoders.serve()"
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE) as process:
+        assert process.wait(60) == reading.IDLE
 
 
 def test_pickles_in_a_file_are_not_run(tmp_path):

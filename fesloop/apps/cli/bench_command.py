@@ -13,7 +13,10 @@ import fesloop.apps.bench
 from fesloop.apps.cli.output import print_json, print_table, progress_bar
 from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.realtime import Pacing
+from fesloop.posix import require_linux
 
+_OF_LINUX = ("realtime", "shipped", "study", "view")
+"""Benches that ask the kernel about processes, or keep them on a core."""
 _COLUMNS = ("us_median", "us_p99", "us_worst", "reference_us_median", "ratio")
 
 
@@ -49,6 +52,8 @@ def _one_of_all(name: str, args: Namespace) -> dict[str, Any]:
 
 def _one(name: str, args: Namespace) -> dict[str, Any]:
     """Run a bench with the options that it has, and print its rows."""
+    if name in _OF_LINUX:
+        require_linux(f"bench {name}", "what it measures", "other benches run here")
     with progress_bar(f"bench {name}") as bar:
         bench = import_module(f"fesloop.apps.bench.{name}").run
         known = signature(bench).parameters

@@ -234,7 +234,8 @@ def _add_export(commands: _Commands[argparse.ArgumentParser]) -> None:
                          help="a file that fesloop run wrote; for a block the name or path of an experiment")
     command.add_argument("--format", required=True, metavar="FORMAT",
                          help="motion-bids, xdf, mat, mot, sto or csv; of a block c or fmu")
-    command.add_argument("--block", metavar="NAME", help="block of the experiment: a pid, ilc or mpc")
+    command.add_argument("--block", metavar="NAME", help="block of the experiment, of the kind pid, "
+                         "tuned_pid, ilc or mpc")
     command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
                          help="change a key of the experiment, as in fesloop run")
     command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: all)")

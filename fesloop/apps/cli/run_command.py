@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import shlex
 import sys
 from argparse import Namespace
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,8 @@ _CLOSE = 1e-5
 """Excess over 1 of a spectral radius that makes no difference in a run (chosen)."""
 _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
+_OPTIONS = {"seed": None, "out": "runs", "late": None, "priority": None}
+"""Options of a run that a repetition needs too, with their defaults."""
 _RELATIVE = "relative_angle_rmse_deg"
 """Metric of a tracker that shows that `fesloop fit-error` can fit its error."""
 
@@ -55,14 +58,43 @@ def execute(args: Namespace) -> int:
         if not (result.cause and trouble.kind == "broken_off"):
             print(f"fesloop: {trouble.text}", file=sys.stderr)
     _summarise(result, events, scored)
-    guide = guide_of(picked.document) if result.status == "done" else None
-    print_next_commands(result.recording, guide.next_commands(
-        str(result.recording), args.settings, _RELATIVE in result.metrics) if guide else ())
+    print_next_commands(result.recording, _next_commands(args, result, picked.document))
     if args.json:
         print_json({**result.as_table(), **({"troubles": [each.text for each in wrong]} if wrong else {})})
     else:
         print(result.recording)
     return _EXIT_CODES[result.status]
+
+
+def _next_commands(args: Namespace, result: Result, document: Mapping[str, Any]) -> Iterator[str]:
+    """Commands to try next; those are left out that the settings of this run would have refused."""
+    guide = guide_of(document) if result.status == "done" else None
+    if guide is None:
+        return
+    options = ["--realtime"] * args.realtime + [
+        word for name, default in _OPTIONS.items() if (value := getattr(args, name)) != default
+        for word in (f"--{name}", str(value))]
+    aliases, made = document.get("aliases", {}), list[str]()
+    plain = all(str(aliases.get(key := setting.partition("=")[0].strip(), key)).startswith("experiment.")
+                for setting in args.settings)
+    for command in guide.next_commands(str(result.recording), args.settings, _RELATIVE in result.metrics,
+                                       args.experiment, options):
+        words = shlex.split(command)
+        if plain or any(each in command for each in made) or _is_sound(words):
+            yield command
+        made += [words[k + 1] for k, word in enumerate(words) if word == "--out" and words[1] != "run"]
+
+
+def _is_sound(words: Sequence[str]) -> bool:
+    """Whether a command on an experiment loads it."""
+    if words[1] not in ("run", "check"):
+        return True
+    settings = [words[k + 1] for k, word in enumerate(words) if word == "--set"]
+    try:
+        load_picked(words[2], settings)
+    except FesloopError:
+        return False
+    return True
 
 
 def _unstable(experiment: Experiment) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import threading
@@ -14,13 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fesloop.errors import InputError
+from fesloop.posix import lower_priority
 
 if TYPE_CHECKING:
     from fesloop.show.view.server import ViewServer
     from fesloop.show.view.shown import Source
-
-_NICE = 19
-"""The lowest priority: a loop that runs on this machine comes first."""
 
 
 def execute(args: Namespace) -> int:
@@ -31,7 +28,7 @@ def execute(args: Namespace) -> int:
         raise InputError("view", "both a recording and a stream" if args.source else "no source",
                          "a recording, or --stream NAME")
     _require_fitting(args)
-    os.nice(_NICE)
+    lower_priority()  # a loop that runs on this machine comes first
     source = _source(args)
     try:
         server = ViewServer(source, args.port)

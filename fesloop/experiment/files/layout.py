@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated, Any, Literal, NotRequired, Required, Union
 
 from pydantic import Discriminator, TypeAdapter
@@ -30,9 +32,10 @@ PLAYED = "RECORDING"
 _OF_PLAYED = ("layout", "sensor_set", "pairs", "twin", "trial", "command", "posture", "signal")
 """Settings, aliases or last parts of keys, that reading the played recording may need."""
 _FITS_ERROR = "fesloop fit-error "
-_PATIENT = ("patient", "cohort", "member", "day", "error_scale", "electrodes.array", "plant", "follow")
-"""Settings that choose the patient whose model is identified, by which arrays, and what it predicts."""
-_TAKES_MODEL = "--set model="
+_PATIENT = ("patient", "cohort", "member", "day", "error_scale", "electrodes.array", "plant", "follow",
+            "any_patient")
+"""Settings that choose the patient, by which arrays it is stimulated, and what its model predicts."""
+_RUNS = re.compile(r"fesloop (?P<verb>run|check) (?P<name>[^ ]+)(?: .*)?")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,30 +63,48 @@ class Guide:
         if not self.takes_s > 0.0:
             raise InputError("takes_s", f"{self.takes_s:g}", "seconds above 0")
 
-    def next_commands(self, recording: str, settings: Sequence[str] = (), scored: bool = True) -> list[str]:
+    def next_commands(self, recording: str, settings: Sequence[str] = (), scored: bool = True,
+                      experiment: str = "", options: Sequence[str] = ()) -> list[str]:
         """Commands to try next, ready to be typed, with the recording of the run.
 
-        A command that takes a model of the run's patient gets the run's `settings`, "KEY=VALUE" each, that
-        choose the patient. A command that plays the run's own source gets that file, its layout and its
-        pairs; it is left out where no setting names the file, and, if it fits an error, where the run did
-        not score its tracker.
+        A command on the run's own `experiment` gets the run's `settings`, "KEY=VALUE" each, that it does not
+        change, and its `options`, such as "--seed"; it is left out where it would repeat the run. One on
+        another experiment gets those settings that choose the patient. A command that plays the run's own
+        source gets that file, its layout and its pairs; it is left out where no setting names the file, and,
+        if it fits an error, where the run did not score its tracker. Whether the settings fit together is
+        not checked.
         """
-        same = "".join(f" --set {shlex.quote(setting)}" for setting in settings
-                       if _parts(setting)[0] in _PATIENT)
         played = next((value.strip().strip("'\"") for key, _, value in map(_parts, settings)
                        if key.split(".")[-1] == "recording"), "")
         commands = []
         for command in self.try_next:
-            if PLAYED in command:
-                if not played or (command.startswith(_FITS_ERROR) and not scored):
+            plays, runs = PLAYED in command, _RUNS.fullmatch(command)
+            if plays and (not played or (command.startswith(_FITS_ERROR) and not scored)):
+                continue
+            words = [word.replace(RUN, recording) if RUN in word else word.replace(PLAYED, played)
+                     for word in shlex.split(command)]
+            given = [words[k + 1] for k, word in enumerate(words) if word == "--set"]
+            keys = {_parts(setting)[0] for setting in given}
+            others = [setting for setting in settings if _parts(setting)[0] not in keys]
+            if runs and runs["name"] == Path(experiment).stem:
+                if runs["verb"] == "run" and set(words[3:]) <= {"--set", *settings, *options}:
                     continue
-                command = command.replace(f"recording={PLAYED}", shlex.quote(f"recording={played}"))
-                command = command.replace(PLAYED, shlex.quote(played)) + "".join(
-                    f" --set {shlex.quote(setting)}" for setting in settings
-                    if _parts(setting)[0].split(".")[-1] in _OF_PLAYED)
-            commands.append(command.replace(RUN, shlex.quote(recording))
-                            + (same if _TAKES_MODEL in command else ""))
+                words[2:3] = [experiment, *_sets(others), *(options if runs["verb"] == "run" else ())]
+            elif plays:
+                words += _sets(each for each in others if _parts(each)[0].split(".")[-1] in _OF_PLAYED)
+            elif runs:
+                words += _sets(each for each in others if _chooses_patient(_parts(each)[0]))
+            commands.append(shlex.join(words))
         return commands
+
+
+def _sets(settings: Iterable[str]) -> list[str]:
+    """Words of the command line that give these settings."""
+    return [word for setting in settings for word in ("--set", setting)]
+
+
+def _chooses_patient(key: str) -> bool:
+    return key in _PATIENT or key.startswith("patient.")
 
 
 def _parts(setting: str) -> tuple[str, str, str]:

@@ -8,10 +8,10 @@ from typing import Any, get_args, get_type_hints
 
 from fesloop.errors import InputError
 from fesloop.experiment import registry
-from fesloop.experiment.recording.reading import Recording
 from fesloop.forms.schema import make
 from fesloop.hand.anthropometry import HandSize
 from fesloop.loop.block import is_plant
+from fesloop.show.picture.signals import Described
 
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 """Keys of a block's table that are no parameters of its kind."""
@@ -57,7 +57,7 @@ class Cast:
     rotation: str
 
 
-def cast_of(recording: Recording) -> Cast:
+def cast_of(recording: Described) -> Cast:
     """The parts of a recording.
 
     Raises InputError for a block whose kind is not installed any more or has other parameters by now.
@@ -96,13 +96,13 @@ def _has_hand(kind: type[Any]) -> bool:
     return declared is HandSize or HandSize in get_args(declared)
 
 
-def _is(name: str, port: str, recording: Recording) -> bool:
+def _is(name: str, port: str, recording: Described) -> bool:
     """Return whether a block has an output, recorded or not."""
     left_out = recording.experiment.get("record", {}).get("leave_out", [])
     return f"{name}.{port}" in [*recording.signals, *left_out]
 
 
-def source_of(recording: Recording, target: str) -> str:
+def source_of(recording: Described, target: str) -> str:
     """Name of the signal that is wired to an input; empty without one."""
     wires = recording.experiment.get("wires", [])
     return next((str(wire["from"]) for wire in wires if wire["to"] == target), "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -30,6 +30,14 @@ class Signals(Protocol):
 
     def column(self, name: str, trial: int = 0) -> tuple[Instants, Any]:
         """Instants (n,) of a signal in a trial, ns, and its values (n, *shape), which can be sliced."""
+
+
+class Described(Signals, Protocol):
+    """Source of signals that comes with its experiment."""
+
+    @property
+    def experiment(self) -> Mapping[str, Any]:
+        """Document of the experiment."""
 
 
 def values_at(recording: Signals, name: str, trial: int, at_ns: Instants) -> Array | None:

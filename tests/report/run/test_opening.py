@@ -2,6 +2,7 @@
 
 import shutil
 from contextlib import suppress
+from types import SimpleNamespace
 
 import h5py
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
+from fesloop.show.report.run import page as page_module
 from fesloop.show.report.run.opening import readable
 from fesloop.show.report.run.page import run_page
 
@@ -75,3 +77,12 @@ def test_what_is_no_such_file_is_refused_in_one_line(tmp_path, capsys, content):
     assert main(["report", str(path)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert not (tmp_path / "text.html").exists()
+
+
+@pytest.mark.parametrize(("best", "sentence", "said"), [
+    (1, "It fell (the least, 3 deg, in trial 1).", ""), (2, "It fell to 3 deg in the last.", ""),
+    (1, "It fell (the least, 3 deg, in trial 12).", " Trial 1, the best, is shown first."),
+    (0, "It was held in 1 of 3 trials.", " Trial 0, the best, is shown first.")])
+def test_the_headline_names_the_trial_that_the_page_opens_with(best, sentence, said, monkeypatch):
+    monkeypatch.setattr(page_module, "sentence_of", lambda known: sentence)
+    assert page_module._headline(SimpleNamespace(begun=3, best=best, last=2)) == sentence + said

@@ -10,14 +10,13 @@ import json
 import logging
 import multiprocessing
 import os
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 from typing import Any
 
 from fesloop.analysis.study.store.versions import differences, version_text
 from fesloop.errors import InputError, RunError
+from fesloop.posix import blocked_interrupts
 
 _LOOPBACK = "127.0.0.1"
 _CONNECT_S = 10.0
@@ -99,7 +98,8 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set(_SETTINGS))
         try:
-            with _blocked_interrupts():
+            # A terminal sends Ctrl-C to workers too, which would print tracebacks.
+            with blocked_interrupts():
                 cluster = stack.enter_context(distributed.LocalCluster(
                     n_workers=count, threads_per_worker=1, processes=True, host=_LOOPBACK,
                     dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,
@@ -108,21 +108,6 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
             raise RunError(f"workers do not start: {fault} Each imports the script that started it; start "
                            f"the study there under: {_GUARD}") from None
         yield stack.enter_context(distributed.Client(cluster))
-
-
-@contextmanager
-def _blocked_interrupts() -> Iterator[None]:
-    """Block Ctrl-C in threads and processes that are started in the context, and in their children.
-
-    A terminal sends it to workers too, which would print tracebacks. The caller receives it afterwards.
-    """
-    # Python starts its resource tracker with the first process, and then unblocks interrupts.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -81,9 +82,16 @@ def run_page(recording: Recording, notices: Sequence[str] = (),
     if said:
         notes = [Notice(text=each) for each in said]
         sections.insert(0, Section(key="lacking", title="Unreadable parts", parts=notes))
-    return Page(title=_title(recording), sentence=sentence_of(known), facts=list(_facts(known)),
+    return Page(title=_title(recording), sentence=_headline(known), facts=list(_facts(known)),
                 sections=sections, trials=known.trials if known.begun > 1 else (),
                 shown=known.best if known.begun > 1 else 0, at_s=_telling_s(known, sections))
+
+
+def _headline(known: Known) -> str:
+    """Summary of the run, which names the trial that the page opens with if that is not the last."""
+    sentence = sentence_of(known)
+    named = known.begun < 2 or known.best == known.last or re.search(rf"\btrial {known.best}\b", sentence)
+    return sentence if named else f"{sentence} Trial {known.best}, the best, is shown first."
 
 
 def _telling_s(known: Known, sections: Sequence[Section]) -> float | None:
