@@ -87,8 +87,9 @@ int block_step(block_state *state, const block_inputs *in, block_outputs *out)
     if (in->reference_newest_ns < 0 || in->measured_newest_ns < 0) status = BLOCK_NO_INPUT;
     else if ((double)(in->time_ns - in->measured_newest_ns) > AGE_MAX_MS * 1e6) status = BLOCK_STALE_INPUT;
     else if (!finite) status = BLOCK_NON_FINITE;
+    else if (in->time_ns < BEGIN_NS) status = BLOCK_OK;
     else status = control(state, in, drive);
-    for (int i = 0; i < MUSCLES && status != BLOCK_OK; i++) drive[i] = 0.0;
+    for (int i = 0; i < MUSCLES && (status != BLOCK_OK || in->time_ns < BEGIN_NS); i++) drive[i] = 0.0;
     const int saturated = allocate(drive, state->pulses);
     for (int i = 0; i < MUSCLES; i++)
         for (int k = 0; k < 2; k++) out->stimulation[i][k] = state->pulses[i][k];

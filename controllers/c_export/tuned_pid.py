@@ -10,6 +10,7 @@ from controllers.quadratic_programme import DEFAULT_ITERATIONS, DEFAULT_REFRESH
 from controllers.timing import period_ns
 from fesloop.c_code.program import Operations, Program, array, define, template
 from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_S
 
 
 def program(block: TunedPid, context: Context, wired: frozenset[str] = frozenset()) -> Program:
@@ -30,6 +31,7 @@ def program(block: TunedPid, context: Context, wired: frozenset[str] = frozenset
         f"#define FEEDFORWARD {int(block.feedforward)} /* 1: the static inverse of the model is used */",
         f"#define ASKED(in, output) {asked}",
         f"#define COMING(in, step, output) {'(in)->reference_preview[step][output]' if preview else '0.0'}",
+        f"#define BEGIN_NS {round(block.begin_s * NS_PER_S)} /* ns before which nothing is commanded */",
         define("AGE_MAX_MS", block.max_age_ms, "ms, age beyond which a measurement is not used"),
         define("CHARGE_RISE_C", 1e-6 * block.charge_rise_uc, "C, greatest rise of charge per phase a tick"),
         array("KP", kp, "rad per rad"), array("INTEGRAL", integral, "rad per rad a tick"),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.allocation import Allocation, allocate, allocation_of, risen
-from controllers.pid.tuning import RuleName, Tuning, static_gain, tuned
+from controllers.pid.tuning import RuleName, Tuning, gain_at_rest, tuned
 from controllers.quadratic_programme import Qp
 from controllers.timing import period_ns
 from fesloop.errors import InputError
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _EFFORT = 1e-6
-"""Weight of drives in their mixing, relative to the strongest static gain: it decides only between drives
+"""Weight of drives in their mixing, relative to the strongest gain: it decides only between drives
 with equal effects on the outputs (chosen)."""
 _FARTHEST = 10.0
 """Limit of references and outputs, relative to the effect of all drives together (chosen: far outside any
@@ -56,7 +56,7 @@ class TunedPidState:
     Attributes
     ----------
     gains: (outputs, 5): kp, integral gain a tick, anti-windup gain a tick, the derivative's pole and gain.
-    gain: (outputs, muscles), static gain.
+    gain: (outputs, muscles), gain at rest.
     reach: (muscles,), greatest drives.
     table: from `Allocation.table`.
     qp: programme of the mixing.
@@ -94,8 +94,8 @@ class TunedPidState:
 class TunedPid:
     """PID of a few outputs through many channels, gains and mixing from the patient's model.
 
-    With static gain K of the model, y measured, f the reference, lag and delay ahead of now where there is a
-    preview of it, output by output,
+    With the gain K of the model after 2 s, y measured, f the reference, lag and delay ahead of now where
+    there is a preview of it, output by output,
 
         e = f exp(-delay s) / (lag s + 1) - y                expected response to the feedforward, less y
         u = (f - offset) + kp e + I + D                      commanded outputs, from rest
@@ -103,7 +103,7 @@ class TunedPid:
         I[k+1] = I[k] + (kp h / Ti) e + (h / Ti) (K v - u)
         D[k] = alpha D[k-1] - beta (y[k] - y[k-1])
 
-    so that the feedforward is the model's static inverse, within the limits, and feedback corrects only what
+    so that the feedforward is the inverse of that gain, within the limits, and feedback corrects only what
     the model does not predict (two degrees of freedom: Astrom and Hagglund 2006, Advanced PID Control,
     section 5.3); without feedforward e = reference - y. The integral is reduced by what the limits cut off
     (back-calculation, ibid., section 3.5, tracking time Ti). Where no drives reach the reference, the steady
@@ -123,6 +123,8 @@ class TunedPid:
         recruitment.
     charge_rise_uc: greatest rise of a channel's charge per phase a tick, as in `Safety`; without effect where
         the model has no recruitment.
+    begin_s: time in a trial before which it commands and learns nothing: the hand is held in a pose, or
+        relaxes after. An integral would grow on what it cannot move.
     max_age_ms: greatest age of `measured`, counted from its newest capture.
 
     Inputs: `reference` and `measured` (outputs,), rad; `reference_preview` (preview, outputs), rad.
@@ -141,6 +143,7 @@ class TunedPid:
     charge_max_uc: float = 20.0
     full_scale_us: float = 500.0
     charge_rise_uc: float = 5.0
+    begin_s: float = 0.0
     max_age_ms: float = 400.0
 
     def __post_init__(self) -> None:
@@ -153,6 +156,7 @@ class TunedPid:
             raise InputError("preview", f"{self.preview}", "0 or more instants")
         for key in ("closed_loop_ms", "delay_ms", "max_age_ms"):
             duration_ns(getattr(self, key), NS_PER_MS, key)
+        duration_ns(self.begin_s, NS_PER_S, "begin_s")
         if not (math.isfinite(self.charge_rise_uc) and self.charge_rise_uc > 0.0):
             raise InputError("charge_rise_uc", f"{self.charge_rise_uc}", "a finite charge above 0")
         self.allocation()
@@ -229,7 +233,7 @@ class TunedPid:
 
     def init(self, context: Context) -> TunedPidState:
         """State at rest, with the coefficients for the context's clock."""
-        gain, allocation, nothing = static_gain(self.model), self.allocation(), np.zeros(self.model.outputs)
+        gain, allocation, nothing = gain_at_rest(self.model), self.allocation(), np.zeros(self.model.outputs)
         period_s = period_ns(context) / NS_PER_S
         lags = [lag for _, lag in self.tuning(period_s)]
         late = np.array([round(lag.delay_s / period_s) for lag in lags])
@@ -257,7 +261,7 @@ class TunedPid:
                 f"older than {self.max_age_ms:g} ms")
         elif not all(is_finite(each.value) for each in inputs):
             trouble, detail = "non_finite", "an input is not finite"
-        else:
+        elif tick.time_ns >= self.begin_s * NS_PER_S:
             wanted = asked = cast(Array, reference.value)
             if preview and preview[0].present:
                 asked = cast(Array, preview[0].value)[state.ahead, np.arange(wanted.size)]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 from controllers.pid import TunedPid
-from controllers.pid.tuning import static_gain
+from controllers.pid.tuning import gain_at_rest
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
@@ -105,10 +105,10 @@ def test_feedforward_is_the_inverse_at_rest_within_the_boxes():
     for target in (TARGET, OFFSET + np.array((3.0, -1.0, 0.5))):
         state, tick = pid.init(CONTEXT), Tick()
         (pulses,) = pid.step(state, (sample(target, 0), sample(target, 0)), tick)
-        wanted = lsq_linear(static_gain(pid.model), target - OFFSET, (0.0, pid.allocation().reach()),
+        wanted = lsq_linear(gain_at_rest(pid.model), target - OFFSET, (0.0, pid.allocation().reach()),
                             tol=1e-12)
-        told = static_gain(pid.model) @ CURVES.fraction(pulses)
-        np.testing.assert_allclose(told, static_gain(pid.model) @ wanted.x, atol=1e-3)
+        told = gain_at_rest(pid.model) @ CURVES.fraction(pulses)
+        np.testing.assert_allclose(told, gain_at_rest(pid.model) @ wanted.x, atol=1e-3)
 
 
 def test_a_stated_delay_adds_to_the_models_own_and_to_half_a_period():
