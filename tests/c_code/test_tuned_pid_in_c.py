@@ -15,7 +15,7 @@ LONGEST_S = 500e-6
 
 @pytest.mark.parametrize("steps", [3000, pytest.param(180_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("wired", [(), ("reference_preview",)])
-@pytest.mark.parametrize("changes", [{}, {"rule": "amigo"}, {"feedforward": False}])
+@pytest.mark.parametrize("changes", [{}, {"rule": "amigo", "begin_s": 3.01}, {"feedforward": False}])
 def test_a_run_is_the_blocks_to_the_last_digits(tmp_path, wired, changes, steps):
     block = tuned_pid(**changes)
     exported = tuned_pid_program(block, *wired)

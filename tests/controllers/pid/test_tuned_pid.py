@@ -121,6 +121,24 @@ def test_without_feedforward_the_integral_brings_it_there_all_the_same():
     assert np.abs(np.degrees(reached[-1] - TARGET)).max() < 0.2
 
 
+def test_before_it_begins_nothing_is_commanded_and_nothing_learnt():
+    """Two seconds on a hand that is held at rest, and one that was never held, from then on."""
+    held, free = controller(begin_s=2.0), controller()
+    state, other, tick, late = held.init(CONTEXT), free.init(CONTEXT), Tick(), Tick()
+    for k in range(200):
+        tick.index, tick.time_ns = k, k * PERIOD_NS
+        inputs = [sample(TARGET, tick.time_ns), sample(OFFSET, tick.time_ns)]
+        (pulses,) = held.step(state, inputs, tick)
+        if k < 80:
+            assert not pulses[:, 1].any()
+            assert not state.integral.any()
+        else:
+            late.index, late.time_ns = k, tick.time_ns
+            np.testing.assert_array_equal(pulses, free.step(other, inputs, late)[0])
+    assert pulses[:, 1].any()
+    assert not tick.reports
+
+
 def test_what_cannot_be_reached_is_approached_and_left_without_delay():
     """The integral does not wind up on what no drive gives: and comes back as soon as from rest."""
     far = OFFSET + np.array((5.0, 0.0, 0.0))
@@ -189,7 +207,8 @@ def test_saved_and_restored_it_goes_on_bit_for_bit():
 
 @pytest.mark.parametrize(("changes", "where"), [
     ({"current_ma": (30.0,)}, "current_ma"), ({"rule": "ziegler"}, "rule"), ({"delay_ms": -1.0}, "delay_ms"),
-    ({"charge_rise_uc": 0.0}, "charge_rise_uc"), ({"preview": -1}, "preview")])
+    ({"charge_rise_uc": 0.0}, "charge_rise_uc"), ({"preview": -1}, "preview"),
+    ({"begin_s": -1.0}, "begin_s")])
 def test_parameters_that_cannot_be_are_named(changes, where):
     with pytest.raises(InputError) as fault:
         controller(**changes)
