@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
-from fesloop.models.linear_model import LinearModel, zero_order_hold
+from fesloop.models.linear_model import AT_REST_S, LinearModel, zero_order_hold
 
 Array = NDArray[np.float64]
 RuleName = Literal["simc", "amigo"]
-_STEP_S, _AT_REST_S = 1e-3, 2.0
-"""Step and duration of the step responses, after which a hand is at rest (chosen). What an identified model
-lets change later is drift of the recording that it was identified on, by muscles that tire among others."""
+_STEP_S = 1e-3
+"""Step of the step responses (chosen)."""
 _EARLY, _LATE = 1.0 - math.exp(-1.0 / 3.0), 1.0 - math.exp(-1.0)
 """Shares of the final value that a single lag reaches after a third of it and after all of it."""
 _MOVED_RAD = 0.05
@@ -55,15 +54,12 @@ class Tuning(NamedTuple):
 
 
 def gain_at_rest(model: LinearModel) -> Array:
-    """Effect of drives that have acted for 2 s, (outputs, muscles), rad per unit of drive.
-
-    Raises InputError where the model is not stable.
-    """
+    """Gain at rest of a model, (outputs, muscles), rad per unit of drive; InputError for an unstable one."""
     growth = float(np.linalg.eigvals(model.a).real.max())
     if not growth < 0.0:
         raise InputError("model", f"a pole with real part {growth:.3g} 1/s: it is not stable",
                          "poles with a real part below 0", "identify it with another method or again")
-    return np.asarray(model.c @ zero_order_hold(model.a, model.b, _AT_REST_S)[1])
+    return model.gain_at_rest()
 
 
 def dominant_drives(gain: Array, sense: float) -> Array:
@@ -87,7 +83,7 @@ def fitted_lag(model: LinearModel, drives: Array, output: int, sense: float) -> 
     pushed, row = b @ drives, sense * model.c[output]
     x, risen = np.zeros(a.shape[0]), 0.0
     passed: list[float] = []
-    for step in range(1, round(_AT_REST_S / _STEP_S) + 1):
+    for step in range(1, round(AT_REST_S / _STEP_S) + 1):
         x = a @ x + pushed
         before, risen = risen, float(row @ x) / final
         passed += [_STEP_S * (step - (risen - share) / (risen - before))

@@ -129,6 +129,11 @@ class SampledModel:
         return lifted
 
 
+AT_REST_S = 2.0
+"""Time after which a hand is at rest under constant drives (chosen). What an identified model lets change
+later is drift of the recording that it was identified on, by muscles that tire among others."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearModel:
     """x' = a x + b v(t - delay), y = c x + offset, v the recruited fractions.
@@ -183,6 +188,10 @@ class LinearModel:
     def outputs(self) -> int:
         """Number of outputs."""
         return int(self.c.shape[0])
+
+    def gain_at_rest(self) -> Matrix:
+        """Effect of drives that have acted for `AT_REST_S`, (outputs, muscles), rad per unit of drive."""
+        return self.c @ zero_order_hold(self.a, self.b, AT_REST_S)[1]
 
     def to_control(self, rate: str | int | float | None = None, pade_order: int = 0) -> control.StateSpace:
         """The dynamics as a `control.StateSpace`, from recruited fractions to outputs less their offset.
