@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fesloop.apps.cli import main
@@ -35,6 +35,7 @@ def next_lines(text):
        recording=st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), min_size=1),
        played=st.sampled_from(["lab.h5", "my lab/a b.csv", "it's.xdf", ""]),
        layout=st.sampled_from(["", "my lab/layout.toml"]))
+@example(name="grasp_cylinder", scored=True, recording="-a b.h5", played="lab.h5", layout="")
 @settings(max_examples=60, deadline=None)
 def test_no_placeholder_is_printed_and_every_word_is_one(name, recording, played, layout, scored):
     given = [f"recording={played}"] * bool(played) + [f"blocks.recording.layout={layout}"] * bool(layout)

@@ -29,6 +29,7 @@ SECTIONS = {
     "controllers/pid/": "PID",
     "controllers/ilc/": "Iterative learning (ILC)",
     "controllers/trajectories.py": "Iterative learning (ILC)",
+    "controllers/progress.py": "Iterative learning (ILC)",
     "controllers/mpc/": "Predictive control (MPC)",
     "controllers/reach.py": "Targets out of reach",
     "controllers/quadratic_programme.py": "Quadratic programmes",
@@ -53,7 +54,9 @@ INDIRECT = {
     ("controllers/grip.py", "status"): ("controllers/grip.py:_TROUBLES",),
     ("controllers/ilc/block.py", "*report"): (
         "controllers/ilc/convergence.py:cautions", "controllers/ilc/block.py:next_trial",
-        "controllers/trajectories.py:explained", "controllers/ilc/laws.py:_learnt", *_QP),
+        "controllers/trajectories.py:explained", "controllers/ilc/laws.py:_learnt",
+        "controllers/progress.py:note", *_QP),
+    ("controllers/mpc/block.py", "*report"): ("controllers/progress.py:note",),
     ("controllers/mpc/state.py", "trouble"): (
         "controllers/mpc/block.py:step", "controllers/mpc/block.py:_control", *_QP),
     ("controllers/pid/tuned.py", "trouble"): ("controllers/pid/tuned.py:step", *_QP),

@@ -76,6 +76,8 @@ class Guide:
         """
         played = next((value.strip().strip("'\"") for key, _, value in map(_parts, settings)
                        if key.split(".")[-1] == "recording"), "")
+        # A name that begins with a dash would be an option.
+        recording = f"./{recording}" if recording.startswith("-") else recording
         commands = []
         for command in self.try_next:
             plays, runs = PLAYED in command, _RUNS.fullmatch(command)

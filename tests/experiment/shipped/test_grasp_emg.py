@@ -192,6 +192,6 @@ def test_what_a_stimulated_person_puts_out_is_captured_now():
 
 
 def test_a_person_whose_attempts_are_not_answered_is_the_first_thing_said(tmp_path, capsys):
-    assert main(["run", "grasp_emg", "--set", "blocks.reference.hold_ms=100000", "--out", str(tmp_path)]) == 0
+    assert main(["run", "grasp_emg", "--set", "blocks.reference.hold_ms=13000", "--out", str(tmp_path)]) == 0
     first = capsys.readouterr().err.splitlines()[0]
     assert first.startswith("fesloop: 3 of the person's attempts were not answered")
