@@ -63,7 +63,7 @@ def _one_way(session: Session, folder: Path, way: str) -> dict[str, Any]:
         with Recording(session.ran(experiment, folder)) as recording:
             found, rest_s = metrics_of(recording), _rest_s(recording)
     except (InputError, RunError) as fault:
-        return {**_LOST, "failed": str(fault)}
+        return {**_LOST, "failed": str(fault).replace(f"{folder}/", "")}
     trials_s = TRIALS * experiment.duration_ns / NS_PER_S + TRIALS * rest_s
     return {"failed": "", "min": (before_s + trials_s) / 60.0, "held": [bool(each) for each in found["held"]],
             "error": [float(each) for each in found["joint_rmse_deg"]],
