@@ -177,6 +177,9 @@ def responses_of(
     if not rests:
         raise InputError("element_sweep", "stimulated no element in this recording", "one turn or more",
                          "run it for longer")
+    if not np.isfinite(moved).any():
+        raise InputError("element_sweep", "no pulse passed safety in this recording", "stimulation",
+                         "read its events: `pose_contradicted`, for example, withholds it")
     return Responses(currents_ma=currents_ma, width_us=width_us, moved=moved,
                      rest=np.nanmedian(np.array(rests), axis=0), outputs=outputs)
 

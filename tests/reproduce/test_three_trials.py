@@ -22,7 +22,7 @@ def test_patients_who_fail_count_as_ones_who_did_not_hold():
     assert rows[identified, "held in one of three trials"].ours == "1 of 2"
     assert not rows[identified, "held in one of three trials"].holds
     assert rows[identified, "error before contact"].ours.high == math.inf
-    assert rows["member 0, identify", "run to its end"].ours == "nothing moved"
+    assert rows[f"{identified}: not to its end", "member 0"].ours == "nothing moved"
     assert found.sweeps["sweep"].rows[0] == ("member 0", (3.5, 0.0, 1.0, 0.0, 6.0, 4.0, 2.0, 1.5))
 
 

@@ -119,7 +119,7 @@ def compare(patients: list[Kept]) -> Reproduction:
         errors = band([run["error"][-1] for run in runs])
         rows.append(Row(title, "error before contact, third trial, median at most", MOST_DEG, errors,
                         errors.median <= MOST_DEG, "deg"))
-        rows += [Row(f"member {number}, {way}", "run to its end", "yes", run["failed"], False)
+        rows += [Row(f"{title}: not to its end", f"member {number}", "", run["failed"], False)
                  for number, run in enumerate(runs) if run["failed"]]
         sweeps[way] = Sweep(
             title=title.capitalize(), unit="min, 1: held, deg before contact",

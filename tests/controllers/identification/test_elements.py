@@ -199,6 +199,13 @@ def test_a_recording_without_a_turn_is_refused():
         responses_of(replace(swept, stair=np.full_like(swept.stair, -1)), CURRENTS, WIDTH_US, 8, OUTPUTS)
 
 
+def test_a_recording_without_a_pulse_names_what_may_have_withheld_it():
+    swept = sweep_of(0.05)[1]
+    silent = replace(swept, stimulation=np.zeros_like(swept.stimulation))
+    with pytest.raises(InputError, match=r"no pulse passed safety .* `pose_contradicted`"):
+        responses_of(silent, CURRENTS, WIDTH_US, 8, OUTPUTS)
+
+
 def test_a_sweep_of_other_outputs_is_refused(tmp_path):
     found = run(load("recruitment_sweep", ["elements=[16, 43]", "duration_s=1"]), tmp_path)
     with pytest.raises(InputError, match=r"hand.angles: has no F2_flexion, .*; sweep with sweep_grasp"):
