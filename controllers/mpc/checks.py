@@ -52,6 +52,7 @@ def check(mpc: MpcParameters) -> None:
                         ("cocontraction_weight", (mpc.cocontraction_weight,))):
         if not all(math.isfinite(value) and value >= 0.0 for value in values):
             raise InputError(key, f"{values}", "finite weights, 0 or more")
+    duration_ns(mpc.begin_s, NS_PER_S, "begin_s")
     if mpc.memory is not None and mpc.adaptation is not None:
         raise InputError("memory", "given beside adaptation, which explains the same errors by the muscles",
                          "one of both", "remove memory or adaptation")

@@ -138,6 +138,7 @@ def test_what_to_try_next_can_be_tried(command, recorded):
     args = make_parser().parse_args(shlex.split(command)[1:])
     if args.command in ("run", "check"):
         known = {"model=own_model.toml": "any_patient=true", "fmu=models/finger.fmu": "latency_ms=1",
+                 "model=swept.toml": "any_patient=true", "channels=model": "channels=usual",
                  f"recording={RUN}": f"recording={recorded.run}",
                  "recording=RECORDING": f"recording={recorded.sensors}"}
         settings = [known.get(each, each) for each in args.settings]
