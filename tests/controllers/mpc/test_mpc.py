@@ -173,6 +173,7 @@ def test_state_pickles_and_goes_on_bit_for_bit():
     ({"current_ma": (40.0,)}, "current_ma"), ({"output_weight": (1.0,)}, "output_weight"),
     ({"horizon": 0}, "horizon"), ({"horizon": 501}, "horizon: 501; allowed: 1 to 500"),
     ({"max_age_ms": 60001.0}, "max_age_ms: 60001; allowed: at most 60000"),
+    ({"begin_s": -1.0}, "begin_s: -1.0"),
     ({"move_weight": 0.0}, "move_weight"), ({"hold_ms": -1.0}, "hold_ms"),
     ({"cocontraction_weight": float("nan")}, "cocontraction_weight")])
 def test_names_the_faulty_key(faulty, key):
