@@ -1,5 +1,5 @@
 
-/* ---- Tuned PID: feedforward by the model's static inverse, feedback on what the model does not predict. ---- */
+/* ---- Tuned PID: feedforward by the model's inverse at rest, feedback on what the model does not predict. ---- */
 
 void block_init(block_state *state)
 {
@@ -12,7 +12,7 @@ static double clip(double value, double least, double greatest)
     return value < least ? least : value > greatest ? greatest : value;
 }
 
-/* Drives from 0 to `greatest` whose static effect is nearest to `wanted`, the least among equals. */
+/* Drives from 0 to `greatest` whose effect at rest is nearest to `wanted`, the least among equals. */
 static int mix(block_state *state, const double wanted[OUTPUTS], const double greatest[MUSCLES], double x[MUSCLES])
 {
     block_qp *qp = &state->qp;

@@ -1,4 +1,4 @@
-"""`tuned_pid` as C: gains, static inverse and the programme that mixes the drives."""
+"""`tuned_pid` as C: gains, inverse at rest and the programme that mixes the drives."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def program(block: TunedPid, context: Context, wired: frozenset[str] = frozenset
     settings = (
         *(f"#define {name} {value}" for name, value in sizes.items()),
         f"#define PREVIEW {preview} /* coming references */",
-        f"#define FEEDFORWARD {int(block.feedforward)} /* 1: the static inverse of the model is used */",
+        f"#define FEEDFORWARD {int(block.feedforward)} /* 1: the inverse of the model at rest is used */",
         f"#define ASKED(in, output) {asked}",
         f"#define COMING(in, step, output) {'(in)->reference_preview[step][output]' if preview else '0.0'}",
         f"#define BEGIN_NS {round(block.begin_s * NS_PER_S)} /* ns before which nothing is commanded */",
@@ -43,7 +43,7 @@ def program(block: TunedPid, context: Context, wired: frozenset[str] = frozenset
           if preview else ()),
         array("LATE", state.late, "ticks, delay of the expected response", "int"),
         array("SLOW", state.slow, "its pole a tick"),
-        array("GAIN", state.gain, "rad, static effect of the drives"),
+        array("GAIN", state.gain, "rad, effect of the drives at rest"),
         array("FREE", np.linalg.solve(hessian, state.gain.T), "drives without limits, per rad"),
         array("DRIVE_GREATEST", state.reach, "greatest drive of each muscle"),
         *quadratic_programme.settings(hessian, np.empty((0, muscles)), DEFAULT_ITERATIONS),

@@ -44,7 +44,7 @@ def mixing_hessian(gain: Array) -> Array:
 
 
 def farthest(gain: Array, reach: Array) -> Array:
-    """Limit (outputs,) of references and outputs, rad from rest, of a static gain and greatest drives."""
+    """Limit (outputs,) of references and outputs, rad from rest, of a gain and greatest drives."""
     limit: Array = _FARTHEST * np.abs(gain) @ reach
     return limit
 
