@@ -50,5 +50,5 @@ class Progress:
         if not self.stopped:
             return ()
         told = ", ".join(f"{math.degrees(each):.2g}" for each in self.errors)
-        return (("learning_stopped", f"trials became worse (errors {told} deg): from now on the {what} of "
+        return (("learning_stopped", f"trials became worse (errors {told} deg): from now on {what} of "
                  f"the one with {math.degrees(min(self.errors)):.2g} deg are used"),)

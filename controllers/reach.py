@@ -40,12 +40,9 @@ class Reach(NamedTuple):
 
 
 def reach_of(model: LinearModel, greatest_drive: Array) -> Reach:
-    """Angles that drives from 0 to `greatest_drive` (muscles,) hold once the hand is at rest.
-
-    There are no limits for an unstable model.
-    """
+    """Angles that drives from 0 to `greatest_drive` (muscles,) hold; no limits for an unstable model."""
     if np.linalg.eigvals(model.a).real.max() >= 0.0:
         return Reach(np.full(model.outputs, -math.inf), np.full(model.outputs, math.inf))
-    effects = model.gain_at_rest() * greatest_drive
+    effects = -model.c @ np.linalg.solve(model.a, model.b) * greatest_drive
     return Reach(model.offset + np.minimum(effects, 0.0).sum(axis=1),
                  model.offset + np.maximum(effects, 0.0).sum(axis=1))

@@ -161,7 +161,7 @@ class Ilc(IlcParameters):
         heed = covered * learning.weights()
         if heed.any():
             error = math.sqrt(float(np.sum(heed * errors ** 2) / np.sum(heed)))
-            reports += progress.note(error, state.drives, self.stop_after, "drives")
+            reports += progress.note(error, state.drives, self.stop_after, "the drives")
             if progress.stopped and progress.best is not None:
                 return self._trial(progress.best, progress, tuple(reports))
         drives, status = learning.learn(state.drives, errors, covered, kept)

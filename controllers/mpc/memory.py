@@ -140,7 +140,7 @@ class Memory:
         progress, reports = copy.deepcopy(course.progress), tuple[Report, ...]()
         error = None if progress.stopped else self._error(course, period_ns, blocked, weights)
         if error is not None:
-            reports = progress.note(error, course.expected, self.stop_after, "expectations")
+            reports = progress.note(error, course.expected, self.stop_after, "the expectations")
         if progress.stopped and progress.best is not None:
             return Course(progress.best, progress, reports)
         return Course(self.learnt(course, model, period_ns, blocked), progress, reports)

@@ -1,8 +1,6 @@
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.linalg import expm
 
 from controllers.reach import reach_of
 from fesloop.loop.block import Tick
@@ -19,7 +17,7 @@ MOST = np.array([0.4, 0.3, 0.2, 0.5])
 def test_no_constant_drive_holds_an_angle_outside(shares):
     sampled, reach = MODEL.sampled(25_000_000), reach_of(MODEL, MOST)
     states = np.zeros(sampled.a.shape[0])
-    for _ in range(80):  # 2 s
+    for _ in range(2000):
         states = sampled.a @ states + sampled.b @ (np.array(shares) * MOST)
     held = sampled.c @ states + sampled.offset
     assert (reach.least - 1e-9 <= held).all()
@@ -28,7 +26,7 @@ def test_no_constant_drive_holds_an_angle_outside(shares):
 
 def test_the_ends_are_held_by_all_muscles_that_pull_that_way():
     reach = reach_of(MODEL, MOST)
-    effects = np.linalg.solve(MODEL.a, (expm(2.0 * MODEL.a) - np.eye(len(MODEL.a))) @ MODEL.b)
+    effects = np.linalg.solve(MODEL.a, -MODEL.b)
     for output in range(3):
         pulls = MODEL.c[output] @ effects
         ends = [MODEL.offset[output] + pulls @ (MOST * (sign * pulls > 0)) for sign in (-1, 1)]
@@ -42,14 +40,6 @@ def test_a_reference_beyond_is_reported_when_it_gets_there():
         reach.look(latch, tick, reference)
     assert [status for status, _ in tick.reports] == ["out_of_reach"] * 2
     assert "output 2" in tick.reports[0][1]
-
-
-def test_drift_that_a_model_has_learnt_is_no_reach():
-    """One second's movement of 1 rad, and drift by 10 rad the other way over a minute and more."""
-    model = LinearModel(a=np.diag([-5.0, -1.0 / 60.0]), b=[[5.0], [-10.0 / 60.0]], c=[[1.0, 1.0]],
-                        offset=[0.0])
-    reach = reach_of(model, np.ones(1))
-    assert (reach.least[0], reach.greatest[0]) == (0.0, pytest.approx(0.67, abs=0.01))
 
 
 def test_an_unstable_model_has_no_ends():
