@@ -134,7 +134,7 @@ class Played:
 
 
 def of_agent(model: PPO, many: VecNormalize, member: int, latency_ms: float, out: Path) -> dict[str, float]:
-    """What an episode without exploration comes to."""
+    """Error and charge of an episode without exploration."""
     env = Persons([person(member, latency_ms)])
     observation, _ = env.reset(seed=1)
     drives, over = [], False
@@ -173,7 +173,7 @@ CONTROLLERS = {
 
 def of_controllers(member: int, latency_ms: float, model: str,
                    out: Path) -> Iterator[tuple[str, dict[str, float]]]:
-    """What each controller comes to, by the model of a person or, with `any_patient`, an ordinary one."""
+    """Error and charge of each controller, by a person's model or, with `any_patient`, an ordinary one."""
     for name, (experiment, settings) in CONTROLLERS.items():
         own = [] if "any_patient=true" in settings else [f"model={model}"]
         given = [*FREE, *PERSON, f"member={member}", f"tracker_latency_ms={latency_ms}", *settings, *own]

@@ -1,4 +1,4 @@
-"""What only Linux, or only POSIX, has, with what takes its place elsewhere.
+"""Calls to Linux and POSIX, with substitutes on other systems.
 
 Other modules of the library name no such call, but for those that need Linux as a whole, which are imported
 after `require_linux` alone: processes that hold a stimulator, FMUs in processes of their own, and some

@@ -75,7 +75,7 @@ class Operations:
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """What an index of some ports counts, such as joints or channels of stimulation.
+    """Names of the indices of some ports, such as joints or channels of stimulation.
 
     Attributes
     ----------

@@ -51,7 +51,7 @@ class Isolation:
 
 
 class Called(Protocol):
-    """What answers the requests of an FMU."""
+    """Protocol of objects that answer the requests of an FMU."""
 
     @property
     def alive(self) -> bool:

@@ -22,7 +22,7 @@ _ROOM = 1.3
 
 
 class Present:
-    """What a loop puts out at present, with the members of a recording of one instant.
+    """Present outputs of a loop, with the members of a recording of one instant.
 
     Parameters
     ----------
