@@ -107,6 +107,9 @@ class PatientModel:
         model, channels = self.model, len(self.current_ma)
         if model.recruitment is None or model.recruitment.muscles != channels or model.inputs != channels:
             raise InputError("current_ma", f"{channels} channels", f"{model.inputs}, as the model has")
+        if not all(math.isfinite(each) and each > 0.0 for each in self.current_ma):
+            raise InputError("current_ma", ", ".join(f"{each:g}" for each in self.current_ma),
+                             "a finite current above 0 for each channel")
         for key in ("closing", "grasping"):
             for channel in getattr(self, key):
                 if not 0 <= channel < channels:

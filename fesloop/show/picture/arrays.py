@@ -256,7 +256,7 @@ def _channel_key(figure: Figure, shares: Array | None, commands: Array | None) -
 
 
 def _colour_bar(figure: Figure, highest: float) -> None:
-    axes = figure.add_axes((0.46, 0.945, 0.2, 0.016))
+    axes = figure.add_axes((0.46, 0.9, 0.2, 0.016))
     scale = np.linspace(0.0, highest, 128)
     axes.imshow(_colours(scale, highest)[np.newaxis], extent=(0.0, max(1e6 * highest, 1e-9), 0.0, 1.0),
                 aspect="auto")
