@@ -133,6 +133,14 @@ def test_a_file_that_a_hand_has_spoilt_is_refused_by_its_key(tmp_path, was, told
         load_patient_model(tmp_path / "model.toml")
 
 
+@pytest.mark.parametrize("current_ma", [0.0, -3.0, float("inf"), float("nan")])
+def test_a_current_that_cannot_be_is_named_with_its_file(tmp_path, current_ma):
+    a_model().save(path := tmp_path / "model.toml")
+    path.write_text(path.read_text().replace("current_ma = [40.0", f"current_ma = [{current_ma}"))
+    with pytest.raises(InputError, match=r"model.toml: current_ma(\[0\])?: .* allowed: a finite"):
+        load_patient_model(path)
+
+
 def test_a_model_written_into_the_experiment_is_refused_by_its_key():
     good = {name: getattr(a_model().model, name).tolist() for name in ("a", "b", "c", "offset")}
     for key, value, told in (("b", [[1.0], [1.0, 2.0]], "rows of unequal length"), ("c", [[1.0]], "shape")):
