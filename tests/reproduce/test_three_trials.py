@@ -6,6 +6,7 @@ import pytest
 
 from fesloop.apps.reproduce import three_trials
 from fesloop.apps.reproduce.patient_session import Session
+from fesloop.errors import RunError
 
 HELD = {"failed": "", "min": 3.5, "held": [False, True, False], "error": [6.0, 4.0, 2.0], "floor": 1.5}
 LOST = {"failed": "nothing moved", "min": math.nan, "held": [False] * 3, "error": [math.inf] * 3,
@@ -24,6 +25,36 @@ def test_patients_who_fail_count_as_ones_who_did_not_hold():
     assert rows[identified, "error before contact"].ours.high == math.inf
     assert rows[f"{identified}: not to its end", "member 0"].ours == "nothing moved"
     assert found.sweeps["sweep"].rows[0] == ("member 0", (3.5, 0.0, 1.0, 0.0, 6.0, 4.0, 2.0, 1.5))
+
+
+def test_every_tenth_person_has_another_hand(monkeypatch):
+    seen = []
+
+    def run_jobs(sessions, workers, progress):
+        seen.extend(sessions)
+        return {session.key: {"ways": {"sweep": HELD, "identify": HELD}} for session in sessions}
+
+    monkeypatch.setattr(three_trials, "run_jobs", run_jobs)
+    assert three_trials.run(30).subjects == 30
+    assert [k for k, session in enumerate(seen) if "plant=myohand" in session.patient] == [9, 19, 29]
+    assert len({(session.patient, session.seed) for session in seen}) == 30
+
+
+def test_a_failure_is_told_without_the_folder_of_its_session(monkeypatch, tmp_path):
+    def ran(self, experiment, folder):
+        raise RunError(f"{folder}/sweep_grasp-1.h5: the disk is full")
+
+    monkeypatch.setattr(Session, "ran", ran)
+    session = Session((0,), ("patient=sci_c6",), 1, three_trials.grasp)
+    ways = three_trials.grasp(session, tmp_path)["ways"]
+    assert {way["failed"] for way in ways.values()} == {"sweep_grasp-1.h5: the disk is full"}
+    assert not any(any(way["held"]) for way in ways.values())
+
+
+def test_the_floor_is_the_root_mean_square_of_what_is_left():
+    left = {"opened": {"wrist_extension": -3.0, "F2_flexion": 4.0}, "closed": {"wrist_extension": 90.0}}
+    assert three_trials._floor_deg({"missed_deg": left}) == pytest.approx(math.sqrt(12.5))
+    assert math.isnan(three_trials._floor_deg({}))
 
 
 @pytest.mark.slow

@@ -131,6 +131,41 @@ def test_the_error_of_a_trial_is_weighted_and_leaves_out_what_an_object_blocks(o
     assert following([offset], Memory(), touched=0)[1].progress.errors == []
 
 
+def test_an_error_counts_until_the_tick_of_the_first_contact():
+    samples, touched, memory = 80, 40, Memory()
+    course = trial_of(samples, np.zeros((samples, 3)), np.zeros((samples, 4)), touched=touched)
+    # The reference of a tick is that of the next one.
+    course.wanted = [SAMPLED.offset + (0.2 if k + 1 < touched else 5.0) for k in range(samples)]
+    following = memory.next_course(course, SAMPLED, PERIOD, (), np.ones(3))
+    assert following.progress.errors == [pytest.approx(0.2, abs=1e-9)]
+
+
+def test_a_trial_may_be_followed_by_more_than_one():
+    memory, course = Memory(), trial_of(80, np.full((80, 3), 0.1), np.zeros((80, 4)))
+    course.wanted = [SAMPLED.offset] * 80
+    first, second = (memory.next_course(course, SAMPLED, PERIOD, (), np.ones(3)) for _ in range(2))
+    assert first.progress.errors == second.progress.errors
+    assert len(first.progress.errors) == 1
+    assert course.progress.errors == []
+
+
+def test_a_controller_notes_what_it_controls_and_tells_of_learning_that_has_stopped_once():
+    mpc = Mpc(model=MODEL, current_ma=(40.0,) * 4, memory=Memory(), begin_s=0.1)
+    state, tick = mpc.init(Context("mpc", clock=RateClock.from_rate("40"))), Tick()
+    state.course.pending = (("learning_stopped", "trials became worse"),)
+    for tick.index in range(8):
+        tick.time_ns = tick.index * PERIOD
+        ahead = np.tile(MODEL.offset + 0.01 * tick.index, (mpc.horizon, 1))
+        preview, measured = (Sample(each, *[tick.time_ns] * 3) for each in (ahead, MODEL.offset))
+        unwired = Sample(np.zeros(3), NEVER, NEVER, NEVER)
+        mpc.step(state, [preview, unwired, measured, unwired], tick)
+    told = [row for row in tick.reports if row[0] == "learning_stopped"]
+    assert told == [("learning_stopped", "trials became worse")]
+    wanted = np.array(state.course.wanted)
+    assert np.isnan(wanted[:4]).all()  # 0.1 s
+    np.testing.assert_allclose(wanted[4:, 0] - MODEL.offset[0], 0.01 * np.arange(4, 8))
+
+
 @given(st.integers(0, 2**32 - 1), st.floats(0.05, 1.0))
 @settings(deadline=None, max_examples=30)
 def test_the_disturbance_is_found_exactly_at_the_capture(seed, share):
