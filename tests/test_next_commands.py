@@ -35,7 +35,7 @@ def next_lines(text):
        recording=st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), min_size=1),
        played=st.sampled_from(["lab.h5", "my lab/a b.csv", "it's.xdf", ""]),
        layout=st.sampled_from(["", "my lab/layout.toml"]))
-@example(name="grasp_cylinder", scored=True, recording="-a b.h5", played="lab.h5", layout="")
+@example(name="sweep_grasp", scored=True, recording="-a.h5", played="lab.h5", layout="")
 @settings(max_examples=60, deadline=None)
 def test_no_placeholder_is_printed_and_every_word_is_one(name, recording, played, layout, scored):
     given = [f"recording={played}"] * bool(played) + [f"blocks.recording.layout={layout}"] * bool(layout)
