@@ -142,8 +142,7 @@ def of_agent(model: PPO, many: VecNormalize, member: int, latency_ms: float, out
         action, _ = model.predict(many.normalize_obs(observation), deterministic=True)
         observation, _, _, over, info = env.step(action)
         drives.append(info["drive"])
-    task = env.env._base
-    pulses = tuple(task.drives.stimulation(drive * task.reach).tolist() for drive in drives)
+    pulses = tuple(env.env.pulses(drive).tolist() for drive in drives)
     given = fesloop.load("grasp_mpc", [*FREE, *PERSON, f"member={member}", "any_patient=true",
                                        f"tracker_latency_ms={latency_ms}"], 1)
     ports = given.wiring.node("controller").part

@@ -354,18 +354,22 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         """Act in the tick of the last observation; return the next observation, reward and ends."""
         if self.loop is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
-        task = self._task
-        share = np.asarray(action, dtype=np.float64)
-        if share.shape != task.reach.shape or not all(0.0 <= each <= 1.0 for each in share.tolist()):
-            found = f"shape {share.shape}" if share.shape != task.reach.shape else f"{share.tolist()}"
-            raise InputError("action", found, f"shape {task.reach.shape}, each from 0 to 1",
-                             "scale and clip it, as RescaleAction and ClipAction of gymnasium do")
-        self._agent.pulses = task.drives.stimulation(share * task.reach)
+        task, share = self._task, np.asarray(action, dtype=np.float64)
+        self._agent.pulses = self.pulses(share)
         self._tick += 1
         observation, info = self._observe(self.loop)
         reward = -self._effort_weight * float(share.dot(share)) / share.size - self._penalty(info["time_ns"])
         stopped = any(status == STOPPED for _, _, status, _ in info["events"])
         return observation, reward, stopped, info["time_ns"] >= task.duration_ns, info
+
+    def pulses(self, action: ArrayLike) -> Array:
+        """Pulses (channels, 2), A and s, of an action; InputError for one that is no action."""
+        task, share = self._task, np.asarray(action, dtype=np.float64)
+        if share.shape != task.reach.shape or not all(0.0 <= each <= 1.0 for each in share.tolist()):
+            found = f"shape {share.shape}" if share.shape != task.reach.shape else f"{share.tolist()}"
+            raise InputError("action", found, f"shape {task.reach.shape}, each from 0 to 1",
+                             "scale and clip it, as RescaleAction and ClipAction of gymnasium do")
+        return task.drives.stimulation(share * task.reach)
 
     def _observe(self, loop: Loop) -> tuple[Array, dict[str, Any]]:
         """Run until the turn of the agent; return observation and info."""

@@ -201,6 +201,18 @@ def test_an_object_that_falls_is_penalised():
     assert set(hold) == {-1.0}
 
 
+def test_pulses_of_an_action_are_those_that_the_stimulator_is_told():
+    env = gymnasium.make("fesloop/Finger-v0").unwrapped
+    env.reset(seed=1)
+    share = np.linspace(0.2, 0.8, env.action_space.shape[0])
+    env.step(share)
+    told = env.loop.newest("controller")["stimulation"]
+    np.testing.assert_array_equal(told, env.pulses(share))
+    assert (told[:, 1] > 0.0).all()
+    assert not env.pulses(0.0 * share)[:, 1].any()
+    env.close()
+
+
 def test_seeds_come_from_the_environment_where_none_is_given():
     env = LoopEnv("finger_control")
     first = [env.reset(seed=4)[1]["seed"], *(env.reset()[1]["seed"] for _ in range(2))]
