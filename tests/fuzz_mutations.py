@@ -169,6 +169,9 @@ def _archive(members: list[tuple[str | zipfile.ZipInfo, bytes]]) -> bytes:
     with warnings.catch_warnings(), zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
         warnings.simplefilter("ignore")
         for name, body in members:
+            if isinstance(name, str):  # of which it would make a member of this very second
+                name = zipfile.ZipInfo(name)
+                name.compress_type, name.external_attr = zipfile.ZIP_DEFLATED, 0o600 << 16
             archive.writestr(name, body)
     return made.getvalue()
 
