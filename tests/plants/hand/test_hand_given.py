@@ -50,6 +50,18 @@ def test_it_stays_away_while_the_hand_is_closed_and_comes_when_it_opens():
     assert not state.given
 
 
+@pytest.mark.parametrize(("asked_m", "beside"), [((-0.006, 0.112), False), ((0.014, 0.096), True),
+                                                 ((-0.026, 0.098), True)])
+def test_an_object_that_finds_room_beside_its_place_does_not_fall_off_a_small_table(asked_m, beside):
+    thing = GraspObject(size_mm=(50.0, 120.0), position_m=(*asked_m, 0.0), given_at_s=0.5)
+    plant = hand(object=thing, table=Table(height_m=-0.0601, centre_m=asked_m, half_m=(0.01, 0.01)))
+    state, given = place_after(plant, 0.502)
+    assert state.given
+    assert (np.abs(given[:2] - asked_m).max() > 0.0101) == beside
+    _, later = place_after(plant, 1.0, state, 0.502)
+    np.testing.assert_allclose(later, given, atol=2e-3)
+
+
 def test_a_hand_that_settles_first_begins_at_rest():
     def fastest(plant):
         state = plant.init(Context("hand"))
