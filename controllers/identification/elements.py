@@ -78,12 +78,26 @@ class Posture:
 
 
 _FINGERS = ("F2_flexion", "F3_flexion", "F4_flexion", "F5_flexion")
-GRASP = (
-    Posture(name="opened", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 18.0)}, most=0.6),
-    Posture(name="closed", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 80.0), THUMB: 30.0}, most=0.6),
-    Posture(name="pressing", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 105.0), THUMB: 45.0}, most=0.9,
-            weight=0.5))
-"""A hand that opens, that closes, and that presses on an object: as beyond it."""
+OPENED_DEG, OPENED_LIMITS_DEG = 18.0, (-30.0, 60.0)
+"""Flexion of the fingers of the opened hand: of the shipped grasps, and what may be asked for (chosen)."""
+
+
+def grasp_task(opened_deg: float = OPENED_DEG) -> tuple[Posture, ...]:
+    """A hand that opens to this flexion of its fingers, that closes, and that presses on an object.
+
+    Raises InputError for a flexion beyond what a hand may be asked for.
+    """
+    low, high = OPENED_LIMITS_DEG
+    if not low <= opened_deg <= high:
+        raise InputError("opened_deg", f"{opened_deg:g}", f"{low:g} to {high:g} deg of finger flexion")
+    return (
+        Posture(name="opened", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, opened_deg)}, most=0.6),
+        Posture(name="closed", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 80.0), THUMB: 30.0}, most=0.6),
+        Posture(name="pressing", deg={WRIST: 25.0, **dict.fromkeys(_FINGERS, 105.0), THUMB: 45.0}, most=0.9,
+                weight=0.5))
+
+
+GRASP = grasp_task()
 WEIGHTS = {WRIST: 1.0, **dict.fromkeys(_FINGERS, 0.5), THUMB: 0.7}
 """Weights of the outputs' errors (chosen: the wrist carries all fingers)."""
 

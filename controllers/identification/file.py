@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from controllers.allocation import Allocation
 from controllers.identification.dynamics import Method
+from controllers.identification.elements import grasp_task
 from controllers.identification.patient_model import IdentificationRecord, Identified, identify
 from controllers.identification.sweep import SweepIdentified, identify_sweep
 from fesloop.errors import InputError
@@ -55,7 +56,7 @@ class RecordingIdentified:
 
 
 def identify_recording(
-    path: str, *, measured: str = "", method: Method = "subspace"
+    path: str, *, measured: str = "", method: Method = "subspace", opened_deg: float | None = None
 ) -> RecordingIdentified | SweepIdentified:
     """Identify the model of a recording's patient.
 
@@ -66,16 +67,22 @@ def identify_recording(
         the stimulation.
     measured: signal to be predicted; empty: that of the first `synergies` block by name.
     method: method of `controllers.identification.dynamics`.
+    opened_deg: flexion of the fingers of the opened hand that elements are chosen for, after a sweep; None:
+        that of the shipped grasps.
 
-    Raises InputError for another recording, and the errors of `identify`.
+    Raises InputError for another recording, and the errors of `identify` and `grasp_task`.
     """
     with Recording(path) as recording:
         blocks = recording.experiment["blocks"]
         sweep = _first(blocks, "element_sweep")
         if sweep and not _first(blocks, "excitation"):
             signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"
+            task = grasp_task() if opened_deg is None else grasp_task(opened_deg)
             return identify_sweep(recording, sweep, _first(blocks, "safety") or sweep, signal,
-                                  _names(blocks, signal))
+                                  _names(blocks, signal), task=task)
+        if opened_deg is not None:
+            raise InputError("opened_deg", f"{opened_deg:g}, but {path} has no block of kind 'element_sweep'",
+                             "it after a sweep, which elements are chosen from", "remove it")
         excitation = _known(path, blocks, "excitation", "run identify_grasp, identify_patient or sweep_grasp")
         source = _first(blocks, "safety") or excitation
         signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"

@@ -137,7 +137,8 @@ def film(
 
 
 def identify(
-    recording: str | Path | Result, *, measured: str = "", method: Literal["subspace", "fir"] = "subspace"
+    recording: str | Path | Result, *, measured: str = "", method: Literal["subspace", "fir"] = "subspace",
+    opened_deg: float | None = None,
 ) -> PatientModel:
     """Identify the model of a patient from a run with a block `excitation`, as `fesloop identify` does.
 
@@ -146,13 +147,16 @@ def identify(
     recording: the run, or its recording.
     measured: signal to be predicted; empty: that of the block of kind `synergies`.
     method: of the linear dynamics after recruitment.
+    opened_deg: flexion of the fingers of the opened hand that elements are chosen for, after a sweep; None:
+        that of the shipped grasps, 18.
 
     `model.save("own_model.toml")` writes the file that controllers read; `model.usable` tells whether they
     take it. Raises InputError for a recording that shows no model.
     """
     from fesloop.experiment.registry import identifier
 
-    model: PatientModel = identifier()(str(_path_of(recording)), measured=measured, method=method).model
+    model: PatientModel = identifier()(str(_path_of(recording)), measured=measured, method=method,
+                                       opened_deg=opened_deg).model
     return model
 
 

@@ -30,7 +30,7 @@ TORSIONAL_M, ROLLING_M = 0.005, 0.0001
 5 mm wide; MuJoCo's default for rolling."""
 HARD_SOLREF = [0.005, 1.0]
 """Contact of object and table: apart again within 5 ms, critically damped (chosen: five steps of 1 ms)."""
-_GEOM = mujoco.mjtObj.mjOBJ_GEOM
+_GEOM, _BODY = mujoco.mjtObj.mjOBJ_GEOM, mujoco.mjtObj.mjOBJ_BODY
 OVERLAP_M = 0.001
 """Chosen: greatest penetration of object, skin and table at the start."""
 
@@ -78,7 +78,7 @@ class GraspObject:
     orientation: (w, x, y, z), from its axes to the global ones.
     given_at_s: instant at which it is put to `position_m`; before, it rests at the offset `waits_m`. If the
         hand is in the way, it is put to the nearest free place at the same height, at most 2 cm off, as soon
-        as there is one.
+        as there is one, and the table under it.
     waits_m: offset of its waiting place from `position_m` (chosen: in front of the fingers, out of reach).
     """
 
@@ -200,21 +200,26 @@ def deepest(model: mujoco.MjModel, data: mujoco.MjData, names: Sequence[str]) ->
 
 
 def give(model: mujoco.MjModel, thing: GraspObject, data: mujoco.MjData) -> bool:
-    """Put the object, MuJoCo's last joint, to where it is to be grasped; False if the hand leaves no room."""
-    before = data.qpos[-7:].copy(), data.qvel[-6:].copy()
+    """Put the object, MuJoCo's last joint, to where it is to be grasped; False if the hand leaves no room.
+
+    The table, if any, is put under it: an object beside a small table would fall at once.
+    """
+    before = data.qpos[-7:].copy(), data.qvel[-6:].copy(), data.mocap_pos.copy()
     data.qvel[-6:] = 0.0
+    tables = [model.body("table").mocapid[0]] if mujoco.mj_name2id(model, _BODY, "table") >= 0 else []
     in_the_way: tuple[int, ...] = ()
     for offset in _OFFSETS:
         data.qpos[-7:] = (*(np.array(thing.position_m) + offset), *thing.orientation)
+        data.mocap_pos[tables] = before[2][tables] + offset
         mujoco.mj_kinematics(model, data)
         if in_the_way and mujoco.mj_geomDistance(model, data, *in_the_way, 0.0, None) < -_SURELY_M:
             continue  # what kept the object from the last place most often does from the next one
         mujoco.mj_collision(model, data)
-        contact = deepest(model, data, ("object",))
+        contact = deepest(model, data, ("object", "table"))
         if contact.distance_m >= -OVERLAP_M:
             return True
         in_the_way = tuple(model.geom(name).id for name in contact.geoms)
-    data.qpos[-7:], data.qvel[-6:] = before
+    data.qpos[-7:], data.qvel[-6:], data.mocap_pos[:] = before
     return False
 
 

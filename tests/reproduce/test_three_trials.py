@@ -58,6 +58,28 @@ def test_the_floor_is_the_root_mean_square_of_what_is_left():
 
 
 @pytest.mark.slow
+def test_a_person_with_another_hand_opens_wider_both_ways(monkeypatch, tmp_path):
+    """Its floor is that of the wider opening."""
+    loaded = []
+    load = Session.load
+
+    def seen(self, experiment, settings=()):
+        loaded.append(load(self, experiment, settings))
+        return loaded[-1]
+
+    monkeypatch.setattr(Session, "load", seen)
+    patient = ("patient=sci_c6", "cohort=3", "member=9", *three_trials._hand(9))
+    ways = three_trials.grasp(Session((9,), patient, 709, three_trials.grasp), tmp_path)["ways"]
+    assert [way["failed"] for way in ways.values()] == ["", ""]
+    documents = [each.document() for each in loaded]
+    opened = [each["blocks"]["reference"]["phases"][1]["deg"] for each in documents
+              if "reference" in each["blocks"]]
+    assert opened == [{"wrist_extension": 25, **{f"F{i}_flexion": 8.0 for i in range(2, 6)}},
+                      {"wrist_extension": 25, "finger_flexion": 8.0}]
+    assert 5.0 < ways["sweep"]["floor"] < 7.0
+
+
+@pytest.mark.slow
 def test_a_person_is_swept_and_grasps(tmp_path):
     session = Session((0,), ("patient=sci_c6", "cohort=3", "member=1"), 700, three_trials.grasp)
     ways = three_trials.grasp(session, tmp_path)["ways"]

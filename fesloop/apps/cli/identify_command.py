@@ -22,6 +22,9 @@ def execute(args: Namespace) -> int:
     if args.patient and not args.stimulation:
         raise InputError("--patient", "is for recordings of stimulation", "--stimulation beside it",
                          "add --stimulation, or remove it")
+    if args.stimulation and args.opened_deg is not None:
+        raise InputError("--opened-deg", "is for recordings of sweep_grasp", "it without --stimulation",
+                         "remove one of the two")
     return _identify_person(args) if args.stimulation else _identify_model(args)
 
 
@@ -111,7 +114,8 @@ def _identify_model(args: Namespace) -> int:
     out = args.out or "model.toml"
     path = free_target(out, f"--out {out}")
     with progress_bar(f"identify {args.recording}"):
-        found = identifier()(args.recording, measured=args.measured, method=args.method)
+        found = identifier()(args.recording, measured=args.measured, method=args.method,
+                             opened_deg=args.opened_deg)
     found.model.save(path)
     usable = True
     try:

@@ -306,6 +306,8 @@ def _add_identify(commands: _Commands[argparse.ArgumentParser]) -> None:
                          help="signal to be predicted (default: that of the block of kind synergies)")
     command.add_argument("--method", choices=("subspace", "fir"), default="subspace",
                          help="identification of the linear dynamics (default: subspace)")
+    command.add_argument("--opened-deg", type=float, metavar="DEG", help="after sweep_grasp: finger flexion "
+                         "of the opened hand that elements are chosen for (default: 18)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 

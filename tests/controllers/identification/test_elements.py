@@ -21,6 +21,7 @@ from controllers.identification.elements import (
     Responses,
     choose_elements,
     curve_of,
+    grasp_task,
     model_of,
 )
 from controllers.identification.file import identify_recording
@@ -124,6 +125,20 @@ def test_no_channel_has_more_than_the_greatest_current_and_weaker_elements_count
     assert min(choose_elements(seen, 8, 60.0).currents_ma) > 14.0
     with pytest.raises(InputError, match="0 of 8 move the hand"):
         choose_elements(seen, 8, 3.0)
+
+
+@pytest.mark.parametrize("opened_deg", [-31.0, 60.5, math.nan])
+def test_a_hand_cannot_be_asked_to_open_in_any_way(opened_deg):
+    with pytest.raises(InputError, match=r"^opened_deg: .*-30 to 60 deg"):
+        grasp_task(opened_deg)
+
+
+def test_a_hand_that_opens_wider_misses_what_its_elements_cannot_extend():
+    """One element extends all fingers by up to 34 deg from 40: more is not there."""
+    gains = np.array([[20.0, *[-57.0] * 4, 0.0], [-20.0, *[60.0] * 4, 20.0], [30.0, *[0.0] * 4, 0.0]])
+    missed = [choose_elements(seen_of(gains), 3, 34.0, grasp_task(deg)).missed_deg for deg in (18.0, 8.0)]
+    assert np.all(missed[1][0][1:5] > missed[0][0][1:5] + 3.0)
+    np.testing.assert_array_equal(missed[0][1:], missed[1][1:])
 
 
 def cost(gains_deg, threshold_ma):

@@ -58,11 +58,13 @@ def test_it_stays_away_while_the_hand_is_closed_and_comes_when_it_opens():
 
 def first_free_place(model, thing, data):
     """Number of the first offset at which MuJoCo finds no contact that is too deep; None if none is free."""
+    table_m = data.mocap_pos.copy()
     for number, offset in enumerate(_OFFSETS):
+        data.mocap_pos[:] = table_m + offset
         data.qpos[-7:] = (*(np.array(thing.position_m) + offset), *thing.orientation)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
-        if deepest(model, data, ("object",)).distance_m >= -OVERLAP_M:
+        if deepest(model, data, ("object", "table")).distance_m >= -OVERLAP_M:
             return number
     return None
 
@@ -87,10 +89,24 @@ def test_it_is_given_at_the_first_place_that_is_free(places, closed_deg, spread_
     data.qpos[WRIST] = math.radians(-25.0)
     apart = mujoco.MjData(model)
     apart.qpos[:] = data.qpos
-    before, number = data.qpos.copy(), first_free_place(model, thing, apart)
+    before, number = (data.qpos.copy(), data.mocap_pos.copy()), first_free_place(model, thing, apart)
     assert give(model, thing, data) == (number is not None)
-    np.testing.assert_array_equal(data.qpos, before if number is None else apart.qpos)
+    expected = before if number is None else (apart.qpos, apart.mocap_pos)
+    np.testing.assert_array_equal(data.qpos, expected[0])
+    np.testing.assert_array_equal(data.mocap_pos, expected[1])
     places.append(number)
+
+
+@pytest.mark.parametrize(("asked_m", "beside"), [((-0.006, 0.112), False), ((0.014, 0.096), True),
+                                                 ((-0.026, 0.098), True)])
+def test_an_object_that_finds_room_beside_its_place_does_not_fall_off_a_small_table(asked_m, beside):
+    thing = GraspObject(size_mm=(50.0, 120.0), position_m=(*asked_m, 0.0), given_at_s=0.5)
+    plant = hand(object=thing, table=Table(height_m=-0.0601, centre_m=asked_m, half_m=(0.01, 0.01)))
+    state, given = place_after(plant, 0.502)
+    assert state.given
+    assert (np.abs(given[:2] - asked_m).max() > 0.0101) == beside
+    _, later = place_after(plant, 1.0, state, 0.502)
+    np.testing.assert_allclose(later, given, atol=2e-3)
 
 
 def test_a_hand_that_settles_first_begins_at_rest():
