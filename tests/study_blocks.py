@@ -51,6 +51,12 @@ def slowly(value):
     return value
 
 
+def waited(value, wait_s):
+    """The value, in a tuple, after a while."""
+    time.sleep(wait_s)
+    return (value,)
+
+
 def prepared_or_not(id, document, seed, code):
     """A shipped model, unless a folder says no: for `fesloop.analysis.study.engine.preparing.prepare_one`."""
     folder = Path(os.environ["STUDY_BLOCKS"])

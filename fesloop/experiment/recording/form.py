@@ -183,8 +183,8 @@ def _require_tables(file: h5py.File, path: Path) -> None:
     room = path.stat().st_size + _UNUSED_BYTES
     for name, dtype in _TABLES.items():
         room -= _size(items[name], f"{where}: {name}")
-        if items[name].dtype != dtype:
-            raise InputError(f"{where}: {name}", f"has rows of {items[name].dtype}", ALLOWED)
+        if (found := items[name].dtype) != dtype:
+            raise InputError(f"{where}: {name}", f"has rows of {found}", ALLOWED)
     for kind, stamps in _STAMPS.items():
         for place, dataset in _streams(items.get(kind), f"{where}: {kind}", nested=kind == "inputs"):
             room -= _size(dataset, place)
@@ -241,12 +241,12 @@ def _size(dataset: Any, where: str) -> int:
 def _require_stream(dataset: h5py.Dataset, stamps: list[tuple[str, str]], where: str) -> None:
     """Raise InputError unless rows are stamps and ports, and each port has a unit."""
     dtype, names = dataset.dtype, dataset.dtype.names or ()
-    units = _json(hdf5.attributes(dataset, where), "units", _TEXTS, where)
+    attributes = hdf5.attributes(dataset, where)
+    units = _json(attributes, "units", _TEXTS, where)
     ports = names[len(stamps):]
     sound = [(name, dtype[name].str) for name in names[:len(stamps)]] == stamps and set(ports) == set(units)
     if not sound or not all(dtype[port].base == np.dtype("<f8") for port in ports):
         raise InputError(where, f"has rows of {', '.join(names)}", ALLOWED)
-    attributes = hdf5.attributes(dataset, where)
     rows = _json(attributes, "rows", _ROWS, where) if "rows" in attributes else {}
     pairs = _json(attributes, "pairs", _PAIRS, where) if "pairs" in attributes else {}
     for port, of_port in rows.items():

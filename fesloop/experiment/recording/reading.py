@@ -523,7 +523,7 @@ class Recording:
         """Every output signal, as "node.port"."""
         return list(self.units)
 
-    @property
+    @cached_property
     def units(self) -> dict[str, str]:
         """Unit of every output signal, by "node.port"."""
         return {f"{node}.{port}": unit for kind in ("blocks", "plants")

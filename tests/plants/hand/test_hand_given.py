@@ -2,15 +2,18 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fesloop.errors import InputError
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from plants.hand import Hand
-from plants.hand.scene import GraspObject, Table
+from plants.hand.scene import _OFFSETS, OVERLAP_M, GraspObject, Table, deepest, give
 
 THUMB_UP = (0.0, 0.0, 0.0, 1.0)
 NONE = np.zeros(len(MUSCLES))
@@ -25,6 +28,9 @@ def hand(**changes):
     table = Table(height_m=-0.0601, centre_m=(0.0, 0.15))
     return Hand(**{"forearm_orientation": THUMB_UP, "splint_deg": {**SPLINT, **OPEN, "wrist_flexion": -25.0},
                    "object": thing, "table": table, **changes})
+
+
+OPENED = hand()
 
 
 def place_after(plant, seconds, state=None, start_s=0.0):
@@ -48,6 +54,47 @@ def test_it_stays_away_while_the_hand_is_closed_and_comes_when_it_opens():
     state, place = place_after(plant, 1.0)
     np.testing.assert_allclose(place, (-0.006, 0.362, 0.0), atol=1e-3)
     assert not state.given
+
+
+def first_free_place(model, thing, data):
+    """Number of the first offset at which MuJoCo finds no contact that is too deep; None if none is free."""
+    table_m = data.mocap_pos.copy()
+    for number, offset in enumerate(_OFFSETS):
+        data.mocap_pos[:] = table_m + offset
+        data.qpos[-7:] = (*(np.array(thing.position_m) + offset), *thing.orientation)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        if deepest(model, data, ("object", "table")).distance_m >= -OVERLAP_M:
+            return number
+    return None
+
+
+@pytest.fixture(scope="module")
+def places():
+    """Numbers of the offsets at which objects were given; None for none."""
+    found = []
+    yield found
+    assert {*found} > {0, None}  # at the first, at another, and at none
+
+
+@settings(deadline=None, max_examples=120)
+@given(st.floats(0.0, 60.0), st.floats(0.0, 15.0), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
+def test_it_is_given_at_the_first_place_that_is_free(places, closed_deg, spread_deg, right_m, up_m):
+    """As a search finds it that has MuJoCo look for every contact of every place."""
+    thing = GraspObject(size_mm=(50.0, 120.0), position_m=(-0.006 + right_m, 0.112, up_m), given_at_s=0.5)
+    model, data = OPENED.model, mujoco.MjData(OPENED.model)
+    tree = hand_tree(OPENED.hand)
+    for name in OPEN:
+        data.qpos[tree.freedom(name)] = math.radians(closed_deg + spread_deg * (name[1] in "24"))
+    data.qpos[WRIST] = math.radians(-25.0)
+    apart = mujoco.MjData(model)
+    apart.qpos[:] = data.qpos
+    before, number = (data.qpos.copy(), data.mocap_pos.copy()), first_free_place(model, thing, apart)
+    assert give(model, thing, data) == (number is not None)
+    expected = before if number is None else (apart.qpos, apart.mocap_pos)
+    np.testing.assert_array_equal(data.qpos, expected[0])
+    np.testing.assert_array_equal(data.mocap_pos, expected[1])
+    places.append(number)
 
 
 @pytest.mark.parametrize(("asked_m", "beside"), [((-0.006, 0.112), False), ((0.014, 0.096), True),

@@ -9,7 +9,9 @@ from random import Random
 from types import SimpleNamespace
 
 import pytest
-from study_blocks import prepared_or_not, slowly
+from hypothesis import given
+from hypothesis import strategies as st
+from study_blocks import prepared_or_not, slowly, waited
 from study_kills import started_cluster
 from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_study
 
@@ -18,6 +20,7 @@ from fesloop.analysis.study import load
 from fesloop.analysis.study.design.plan import plan
 from fesloop.analysis.study.design.study_file import read_study
 from fesloop.analysis.study.engine import cluster, coordinator, preparing, running, worker
+from fesloop.analysis.study.engine import tasks as tasks_module
 from fesloop.analysis.study.engine.cluster import connected
 from fesloop.analysis.study.engine.coordinator import run_study
 from fesloop.analysis.study.engine.preparing import meanwhile, prepare_one
@@ -342,22 +345,48 @@ def test_an_outcome_that_is_lost_with_the_only_worker_is_had_of_another_one(monk
 
 @pytest.mark.slow
 def test_memory_does_not_grow_with_tasks_that_are_not_under_way(address):
-    """Tasks are drawn as they are needed: ten for each of the cluster's two threads, and no more."""
+    """Tasks are drawn as they are needed: ten batches for each of the cluster's two threads, and no more."""
     drawn = []
 
     def tasks():
-        for number in range(100):
+        for number in range(1500):
             drawn.append(number)
             yield Task(f"n{number}", abs, (number + 1,))
 
     with connected(None, address) as client:
         done = 0
         for some in completed(client, tasks()):
-            assert len(drawn) - done <= 20
+            assert len(drawn) - done <= 20 * 32
             done += len(some)
-    assert done == len(drawn) == 100
+    assert done == len(drawn) == 1500
 
 
+@pytest.mark.slow
+def test_tasks_left_over_by_a_worker_whose_batch_takes_long_are_done_once(address):
+    """Short tasks make large batches, which the long ones after them do not end in time."""
+    tasks = [Task(f"{number}", waited, (number, 0.0 if number < 100 else 0.15)) for number in range(132)]
+    with connected(None, address) as client:
+        done = [each for some in completed(client, iter(tasks)) for each in some]
+    assert sorted((int(each.id), each.outcome) for each in done) == [(each, (each,)) for each in range(132)]
+
+
+@given(st.lists(st.integers(1, 9), min_size=1, max_size=20), st.integers(1, 60))
+def test_no_task_of_a_batch_begins_after_its_time(lengths, most):
+    """By a clock that only tasks move on."""
+    clock = [0.0]
+
+    def task(length):
+        clock[0] += length
+        return length
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tasks_module, "_BATCH_S", most + 0.5)
+        patch.setattr(tasks_module, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+        outcomes, took_s = tasks_module._in_turn([task] * len(lengths), [(each,) for each in lengths])
+    assert outcomes == lengths[:len(outcomes)]
+    assert took_s == sum(outcomes)
+    assert sum(outcomes[:-1]) < most + 0.5
+    assert len(outcomes) == len(lengths) or took_s > most
 
 
 def test_a_plan_that_is_known_is_compared_by_cells_with_every_level(tmp_path):

@@ -1,13 +1,15 @@
 """Tasks on a Dask cluster, a window of them at a time.
 
 However many tasks there are, client and scheduler hold only those of the window, so that memory does not grow
-with them. `distributed.as_completed` yields them in the order in which they end.
+with them. A worker is given several short ones at once, as Dask takes some milliseconds for whatever it is
+given. `distributed.as_completed` yields these batches in the order in which they end.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from typing import Any, NamedTuple, Protocol
 from uuid import uuid4
@@ -16,9 +18,13 @@ from fesloop.analysis.study.engine.cluster import renew, require_dask, threads
 from fesloop.errors import RunError
 
 _AHEAD = 10
-"""Submitted tasks per thread of the cluster: one runs, one waits there, others wait at the scheduler while
-outcomes are fetched (chosen: runs of 20 ms do not wait for that)."""
+"""Submitted batches per thread of the cluster: one runs, one waits there, others wait at the scheduler while
+outcomes are fetched (chosen: single runs of 20 ms, with which a study begins, do not wait for that)."""
 _LEAST_AHEAD = 4
+_BATCH_S = 0.2
+"""Time after which a worker begins no other task of a batch (chosen: many times what Dask takes for one)."""
+_LARGEST = 32
+"""Most tasks of a batch: those that are lost with a worker are tried one by one."""
 _TOGETHER_S = 0.1
 """Outcomes that come within this time are fetched, and stored, together."""
 _LOOK_S = 0.5
@@ -54,8 +60,9 @@ def completed(client: Any, tasks: Iterator[Task], waiting: Callable[[], object] 
     `waiting` is called twice a second while no task ends. Raises RunError when the scheduler is gone.
     """
     ended = require_dask().as_completed(loop=client.loop)
-    submitted: dict[Any, str] = {}
-    exhausted, silent_since, renewed_at, window = False, time.monotonic(), 0.0, 0
+    submitted: dict[Any, list[Task]] = {}
+    left = deque[Task]()
+    exhausted, silent_since, renewed_at, window, size = False, time.monotonic(), 0.0, 0, 1
     # Tasks of two clients that have the same key are one task to a scheduler, whatever their arguments.
     prefix = f"fesloop-{uuid4().hex[:8]}"
     try:
@@ -64,25 +71,36 @@ def completed(client: Any, tasks: Iterator[Task], waiting: Callable[[], object] 
                 renew(client)
                 window, renewed_at = _window(client), time.monotonic()
             while not exhausted and len(submitted) < window:
-                task = next(tasks, None)
-                if task is None:
+                batch = [task for _ in range(size) if (task := left.popleft() if left else next(tasks, None))]
+                if not batch:
                     exhausted = True
                     break
-                future = client.submit(task.function, *task.arguments, key=f"{prefix}-{task.id}", pure=False)
-                submitted[future] = task.id
+                future = client.submit(_in_turn, [each.function for each in batch],
+                                       [each.arguments for each in batch],
+                                       key=f"{prefix}-{batch[0].id}-{len(batch)}", pure=False)
+                submitted[future] = batch
                 ended.add(future)
             if exhausted and not submitted:
                 return
-            batch = {submitted[future]: future for future in _batch(ended)}
-            done = _outcomes(client, batch)
+            futures = _ended(ended)
+            results = _results(client, futures)
             if client.status == "running":
                 silent_since = time.monotonic()
             elif time.monotonic() - silent_since > _PATIENCE_S or client.status == "closed":
                 raise RunError(_GONE)
-            for each in done:
-                del submitted[batch.pop(each.id)]
+            done = list[Done]()
+            for future, result in results.items():
+                batch = submitted.pop(future)
+                if isinstance(result, BaseException):
+                    done += [Done(each.id, None, result) for each in batch]
+                    continue
+                outcomes, took_s = result
+                done += [Done(each.id, outcome, None) for each, outcome in zip(batch, outcomes, strict=False)]
+                left.extend(batch[len(outcomes):])
+                size = max(1, min(_LARGEST, int(_BATCH_S / took_s * len(outcomes))))
+            exhausted = exhausted and not left
             # The rest were lost with their worker before they were fetched; the scheduler runs them again.
-            ended.update(batch.values())
+            ended.update(future for future in futures if future not in results)
             if done:
                 yield done
             else:
@@ -92,12 +110,24 @@ def completed(client: Any, tasks: Iterator[Task], waiting: Callable[[], object] 
             future.release()
 
 
+def _in_turn(functions: Sequence[Callable[..., Any]], arguments: Sequence[tuple[Any, ...]]
+             ) -> tuple[list[Any], float]:
+    """Outcomes of the first tasks of a batch, begun within `_BATCH_S`, and the seconds that they took."""
+    began, outcomes, took_s = time.perf_counter(), [], 0.0
+    for function, each in zip(functions, arguments, strict=True):
+        outcomes.append(function(*each))
+        took_s = time.perf_counter() - began
+        if took_s > _BATCH_S:
+            break
+    return outcomes, took_s
+
+
 def _window(client: Any) -> int:
-    """Most tasks to submit; none while the scheduler is silent."""
+    """Most batches to submit; none while the scheduler is silent."""
     return max(_LEAST_AHEAD, _AHEAD * threads(client)) if client.status == "running" else 0
 
 
-def _batch(ended: Any) -> list[Any]:
+def _ended(ended: Any) -> list[Any]:
     """Futures that have ended; waits for the first of them for `_LOOK_S`."""
     until = time.monotonic() + _LOOK_S
     time.sleep(_TOGETHER_S)
@@ -106,24 +136,23 @@ def _batch(ended: Any) -> list[Any]:
     return list(ended.next_batch(block=False))
 
 
-def _outcomes(client: Any, futures: Mapping[str, Any]) -> list[Done]:
-    """Outcomes of futures that have ended, except those whose worker was lost before they were fetched.
+def _results(client: Any, futures: Sequence[Any]) -> dict[Any, Any]:
+    """Results, or errors, of futures that have ended, but not of those whose worker was lost meanwhile.
 
     There are none where fetching takes longer than `_FETCH_S`. Raises RunError where tasks were cancelled:
     the scheduler was restarted.
     """
-    whole = {id: future for id, future in futures.items() if future.status == "finished"}
+    whole = {future.key: future for future in futures if future.status == "finished"}
     try:
         values = client.sync(client.gather, whole, errors="skip", callback_timeout=_FETCH_S) if whole else {}
     except TimeoutError:
         values = {}
     except (OSError, CancelledError) as fault:
         raise RunError(f"{_GONE} ({fault})") from None
-    if any(future.status == "cancelled" for future in futures.values()):
+    if any(future.status == "cancelled" for future in futures):
         raise RunError(_GONE)
-    done = [Done(id, value, None) for id, value in values.items() if value is not None]
-    return done + [Done(id, None, future.exception()) for id, future in futures.items()
-                   if future.status == "error"]
+    found = {whole[key]: value for key, value in values.items() if value is not None}
+    return found | {future: future.exception() for future in futures if future.status == "error"}
 
 
 def each_of(several: Iterator[list[Done]]) -> Iterator[Done]:
