@@ -178,7 +178,8 @@ def _with_channels(document: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
     """The document with the channels of a model's file, where a controller's model says `channels = true`.
 
     They are the elements of the stimulator's channels, the ones that control grip force, and those that rest
-    on an object, of a controller that has `grasping_channels`. Raises InputError for a model whose channels were given.
+    on an object, of a controller that has `grasping_channels`. Raises InputError for a model whose channels
+    were given.
     """
     blocks = document["blocks"]
     for name, table in blocks.items():

@@ -8,8 +8,9 @@
     like = "vqf"                     applied after the patch of that option
     blocks.tracker.kind = "kortier"
 
-The options of several variants are applied together; two options that change the same key are refused. Where one
-gives a block another kind and removes parameters of the old kind, what others say of these parameters has no effect.
+The options of several variants are applied together; two options that change the same key are refused.
+Where one gives a block another kind and removes parameters of the old kind, what others say of these has no
+effect.
 """
 
 from __future__ import annotations
@@ -300,8 +301,8 @@ def _together(base: Tables, chosen: Mapping[str, Tables], name: str) -> Tables:
 def combined(base: Any, one: Any, other: Any, path: tuple[str, ...] = ()) -> Any:
     """Merge the changes that two documents make to the same base; the order does not matter.
 
-    A parameter that one of them removes with a block's kind is removed, whatever the other one makes of it. Raises
-    InputError at the path of a value that they change in two ways.
+    A parameter that one of them removes with a block's kind is removed, whatever the other one makes of it.
+    Raises InputError at the path of a value that they change in two ways.
     """
     if same(one, other) or same(base, other):
         return one

@@ -289,7 +289,7 @@ OF_PID = {"kp": 1, "ki": 2, "delay": {"file": "a"}}
        value=st.one_of(st.integers(), st.just({"file": "b"})), turned=st.booleans(), replaced=st.booleans())
 def test_a_parameter_that_goes_with_its_blocks_kind_is_gone_whatever_others_make_of_it(
         gone, said, value, turned, replaced):
-    """In either order of the variants; without another kind, removal and change are two changes of one key."""
+    """In either order of the variants; without another kind, the options change one key in two ways."""
     other = {"remove": [f"blocks.pid.{key}" for key in sorted(gone)],
              "blocks": {"pid": {"kind": "other" if replaced else "pid"}}}
     variants = {"control": {"default": "pid", "pid": {}, "other": other},
@@ -302,5 +302,5 @@ def test_a_parameter_that_goes_with_its_blocks_kind_is_gone_whatever_others_make
             pick(document, ["control=other", "follow=some"], "small")
         return
     made = pick(document, ["control=other", "follow=some"], "small").document["blocks"]["pid"]
-    kept = {key: OF_PID[key] for key in OF_PID if key not in gone} | ({said: value} if said not in gone else {})
+    kept = {key: given for key, given in {**OF_PID, said: value}.items() if key not in gone}
     assert made == {"kind": "other" if replaced else "pid", **kept}
