@@ -13,7 +13,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
-from fesloop.errors import InputError, did_you_mean
+from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.overlay import key_parts
 from fesloop.experiment.files.source import placed_value
@@ -75,6 +75,27 @@ def _paths(document: dict[str, Any], key: str, name: str, variants: Sequence[str
         raise InputError(f"--set {key}", f"is no key of {name}", ", ".join(known),
                          did_you_mean(key, [*variants, *aliases]))
     return [path]
+
+
+def named_as_set(fault: InputError, start: str, document: Mapping[str, Any],
+                 settings: Sequence[str]) -> InputError:
+    """The fault, or all of several, with the setting by an alias that wrote the value at its place.
+
+    `start` is how every place begins: the file's name. `document` has the aliases.
+    """
+    if isinstance(fault, InputErrors):
+        return InputErrors([named_as_set(each, start, document, settings) for each in fault.faults])
+    place = key_parts(fault.where.removeprefix(start).partition(": ")[0])
+    for setting in settings:
+        targets = _table(document, "aliases").get(setting.partition("=")[0].strip(), [])
+        for path in map(key_parts, targets if isinstance(targets, list) else [targets]):
+            # A fault of a list or of a file is at the key that has it, one of two keys names the other.
+            whole = path[:-1] if path[-1].isdecimal() or path[-1] == "file" else path
+            beside = place[:-1] == path[:-1] and path[-1] in fault.found.split()
+            if place[:len(whole)] == whole or beside:
+                where = f"{fault.where} (--set {setting})"
+                return InputError(where, fault.found, fault.allowed, fault.remedy)
+    return fault
 
 
 def _table(document: Mapping[str, Any], key: str) -> dict[str, Any]:
