@@ -129,8 +129,9 @@ def _endless(experiment: Experiment) -> Iterator[Caution]:
         unit = "ms" if key.endswith("_ms") else "s" if _SECONDS.search(key) else ""
         limit = {"ms": 1e3 * trial_s, "s": trial_s}.get(unit, np.inf)
         if value > limit:
+            never = "nothing begins in one" if key == "begin_s" else "it does not end in one"
             yield (node, "longer_than_trial", f"{key}{of} is {value:g} {unit}, longer than a trial "
-                   f"({limit:g} {unit}), so that it does not end in one")
+                   f"({limit:g} {unit}), so that {never}")
 
 
 def _unscored(score: Score, trial_s: float) -> Iterator[Caution]:

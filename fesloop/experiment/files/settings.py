@@ -1,8 +1,8 @@
 """Settings `KEY=VALUE` of the command line, applied to the tables of an experiment file.
 
-KEY is an alias of the file, or a dotted path such as blocks.pid.gain, wires.2.latency_ms or
-wires."imu.gyr->tracker.gyr".latency_ms. VALUE is read as TOML, and as text where it is no TOML or where the
-key takes text.
+KEY is an alias of the file, or a dotted path such as blocks.pid.gain, wires.2.latency_ms,
+wires."imu.gyr->tracker.gyr".latency_ms or blocks.reference.phases.close.duration_s. VALUE is read as TOML,
+and as text where it is no TOML or where the key takes text.
 """
 
 from __future__ import annotations
@@ -136,14 +136,23 @@ def _step(here: Any, part: str, key: str, name: str) -> Any:
             return part
         known = list(here)
     else:
-        ends = [f"{wire.get('from')}->{wire.get('to')}" if isinstance(wire, dict) else "" for wire in here]
+        names = [_member_name(member) for member in here]
         if part.isdecimal() and int(part) < len(here):
             return int(part)
-        if part in ends:
-            return ends.index(part)
-        known = [f"0 to {len(here) - 1}", *ends]
+        if part in names and names.count(part) == 1:
+            return names.index(part)
+        known = [f"0 to {len(here) - 1}", *(each for each in names if names.count(each) == 1)]
     raise InputError(f"--set {key}", f"{name} has no {part!r} there", ", ".join(filter(None, known)),
                      did_you_mean(part, known))
+
+
+def _member_name(member: Any) -> str:
+    """Name of a list's member: the ends of a wire, or its `name`, as of a phase; "" for one without."""
+    if not isinstance(member, dict):
+        return ""
+    if {"from", "to"} <= set(member):
+        return f"{member['from']}->{member['to']}"
+    return str(member.get("name", ""))
 
 
 def _value(text: str, is_text: bool) -> Any:
