@@ -106,8 +106,8 @@ def _check_limits(mpc: MpcParameters) -> None:
 
 
 def faults(mpc: MpcParameters, context: Context, surroundings: Surroundings) -> Iterator[InputError]:
-    """Faults in this loop: a horizon within the delay, a memory's cut-off from half the rate on, boxes without
-    a posture or without the reference.
+    """Faults in this loop: a horizon within the delay, a memory's cut-off from half the rate on, boxes
+    without a posture or without the reference.
     """
     period = period_ns(context)
     own_ns = duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.files.patients import describe
-from fesloop.experiment.registry import kind_of
+from fesloop.experiment.registry import kind_of, reinstall
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
 from fesloop.models.linear_model import LinearModel
@@ -36,7 +36,8 @@ def program_of(experiment: ExperimentSpecification, block: str) -> Program:
     kind = kind_of(type(node.part))
     if kind not in exporters:
         raise InputError(f"block {block}", f"is of the kind {kind!r}, which is not available in C",
-                         ", ".join(sorted(exporters)), "choose such a block, or such a kind")
+                         ", ".join(sorted(exporters)),
+                         reinstall(GROUP, kind) or "choose such a block, or such a kind")
     write: Callable[..., Program] = exporters[kind].load()
     wired = frozenset(end.target.part.inputs[end.target_port].name
                       for end in experiment.wiring.connections if end.target is node)
