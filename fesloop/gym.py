@@ -237,6 +237,10 @@ def _entries(port: Port, rows: Sequence[str]) -> list[str]:
             for place in np.ndindex(*(size or 0 for size in port.shape))]
 
 
+def _copied(value: Value) -> Array:
+    return value.copy() if isinstance(value, np.ndarray) else np.array(value)
+
+
 class LoopEnv(gymnasium.Env[Array, ArrayLike]):
     """An experiment, in which the agent takes the place of a controller.
 
@@ -359,7 +363,8 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         self._tick += 1
         observation, info = self._observe(self.loop)
         reward = -self._effort_weight * float(share.dot(share)) / share.size - self._penalty(info["time_ns"])
-        stopped = any(status == STOPPED for _, _, status, _ in info["events"])
+        events = info["events"]
+        stopped = bool(events) and any(status == STOPPED for _, _, status, _ in events)
         return observation, reward, stopped, info["time_ns"] >= task.duration_ns, info
 
     def pulses(self, action: ArrayLike) -> Array:
@@ -377,7 +382,7 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         samples = loop.run_until_turn(self._controller, now_ns)
         truth, reference, *_ = self._judge.values
         return self._task.observation(samples, now_ns), {
-            "time_ns": now_ns, "seed": self._seed, "truth": np.copy(truth), "reference": np.copy(reference),
+            "time_ns": now_ns, "seed": self._seed, "truth": _copied(truth), "reference": _copied(reference),
             "events": loop.events}
 
     def _penalty(self, now_ns: int) -> float:
@@ -385,7 +390,8 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         score, (truth, reference, *grasped) = self._task.score, self._judge.values
         now_s, penalty = now_ns / NS_PER_S, 0.0
         if score.after_s <= now_s and (score.until_s is None or now_s <= score.until_s):
-            error = np.ravel(truth - reference)
+            difference = truth - reference
+            error = difference.ravel() if isinstance(difference, np.ndarray) else np.ravel(difference)
             penalty = float(error.dot(error)) / error.size
         if grasped and score.grasp is not None and score.grasp.from_s <= now_s <= score.grasp.until_s:
             thing, sites = grasped

@@ -6,6 +6,7 @@ import math
 
 from controllers.allocation import LEAST_FRACTION, Allocation
 from fesloop.c_code.program import array, define, template
+from fesloop.errors import InputError
 
 PACKAGE = "controllers.c_export"
 ALLOCATION_FLOPS, ALLOCATION_CALLS = 54, 7
@@ -15,6 +16,12 @@ OK, NO_INPUT, SATURATED, NON_FINITE, STALE_INPUT = (
     ("OK", "a channel's drive was computed from these inputs"), ("NO_INPUT", "an input has not arrived yet"),
     ("SATURATED", "a channel is at its longest pulse"), ("NON_FINITE", "an input is not finite"),
     ("STALE_INPUT", "the newest capture is too old"))
+
+
+def no_contact(where: str) -> InputError:
+    """Fault of a controller to which force sensors are wired."""
+    return InputError(f"{where}.force", "is wired, and contact is not available in C", "no force sensors",
+                      "remove the wire; in the shipped grasps, --set glove=grip_only does so")
 
 
 def head() -> str:

@@ -38,8 +38,7 @@ def _faults(block: Ilc, where: str, wired: frozenset[str]) -> Iterator[InputErro
         yield InputError(f"{where}.trial_charge_max_uc", "is not available in C", "no limit",
                          "limit charge in the safety block")
     if "force" in wired:
-        yield InputError(f"{where}.force", "is wired, and contact is not available in C", "no force sensors",
-                         "remove the wire")
+        yield common.no_contact(where)
 
 
 class _Law(NamedTuple):

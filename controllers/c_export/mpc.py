@@ -34,8 +34,7 @@ def _faults(block: Mpc, where: str, wired: frozenset[str]) -> Iterator[InputErro
         if given:
             yield InputError(f"{where}.{key}", "is not available in C", "a controller without it", remedy)
     if "force" in wired:
-        yield InputError(f"{where}.force", "is wired, and contact is not available in C", "no force sensors",
-                         "remove the wire")
+        yield common.no_contact(where)
 
 
 def program(block: Mpc, context: Context, wired: frozenset[str] = frozenset()) -> Program:

@@ -106,7 +106,9 @@ def _check_limits(mpc: MpcParameters) -> None:
 
 
 def faults(mpc: MpcParameters, context: Context, surroundings: Surroundings) -> Iterator[InputError]:
-    """Faults in this loop: a horizon within the delay, boxes without a posture or without the reference."""
+    """Faults in this loop: a horizon within the delay, a memory's cut-off from half the rate on, boxes
+    without a posture or without the reference.
+    """
     period = period_ns(context)
     own_ns = duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     loop_ns, way = max((own_ns, "actuation_delay_ms"), (surroundings.loop_ns, surroundings.way))
@@ -118,6 +120,9 @@ def faults(mpc: MpcParameters, context: Context, surroundings: Surroundings) -> 
             f"{delay_ns / NS_PER_MS:g} ms does: {model_ns / NS_PER_MS:g} ms of the model, "
             f"{loop_ns / NS_PER_MS:g} ms of {way}",
             f"{delay_ns // period + 1} or more", "lengthen the horizon by the duration of the movement")
+    if mpc.memory is not None and mpc.memory.cutoff_hz >= 0.5 * NS_PER_S / period:
+        yield InputError("memory.cutoff_hz", f"{mpc.memory.cutoff_hz:g} Hz",
+                         f"below {0.5 * NS_PER_S / period:g} Hz, half the block's rate")
     least, greatest = mpc.boxes()
     if posture_within(mpc.model, mpc.reach(), least, greatest) is None:
         yield InputError("angle_min_deg", f"{mpc.angle_min_deg} to {mpc.angle_max_deg} deg holds no posture "

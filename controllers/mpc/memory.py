@@ -196,9 +196,9 @@ class Memory:
         return after
 
     def _smoothed(self, values: Array, period_ns: int) -> Array:
-        """Values (samples,) without what is faster than the cut-off, if the period shows that at all."""
+        """Values (samples,) without what is faster than the cut-off, which is below half the rate."""
         share = 2.0 * self.cutoff_hz * period_ns / NS_PER_S
-        if share >= 1.0 or values.size < 2:
+        if values.size < 2:
             return values
         from scipy.signal import butter, sosfiltfilt  # 0.5 s to import
 

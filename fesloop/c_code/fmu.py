@@ -128,7 +128,8 @@ def _description(program: Program, variables: list[_Variable], clock: RateClock,
                  sources: tuple[str, ...]) -> bytes:
     """Content of modelDescription.xml."""
     root = Element("fmiModelDescription", {
-        "fmiVersion": "2.0", "modelName": program.name, "guid": guid, "description": program.title,
+        "fmiVersion": "2.0", "modelName": program.name, "guid": guid,
+        "description": "; ".join(filter(None, (program.title, program.origin))),
         "generationTool": "fesloop", "variableNamingConvention": "structured"})
     listed = SubElement(SubElement(root, "CoSimulation", {
         "modelIdentifier": program.name, "canHandleVariableCommunicationStepSize": "true",

@@ -82,12 +82,14 @@ class Axis:
     kind: first part of the names of its constants, such as "CHANNEL".
     names: of what it counts, in order; any text. ports: names of the ports.
     dimension: of the ports' shapes, 0 or -1.
+    units: of what it counts, one each; empty: those of the ports.
     """
 
     kind: str
     names: tuple[str, ...]
     ports: tuple[str, ...]
     dimension: int
+    units: tuple[str, ...] = ()
 
     def name_of(self, port: str, index: tuple[int, ...]) -> str:
         """Name of what a place in a port is of; empty for a port without this axis."""
@@ -98,9 +100,12 @@ class Axis:
         suited = (len({name.upper() for name in self.names}) == len(self.names)
                   and all(re.fullmatch(r"\w+", name, re.ASCII) for name in self.names))
         which = "first" if self.dimension == 0 else "last"
-        lines = [f"    BLOCK_{self.kind}_{name.upper()}," if suited
-                 else f"    BLOCK_{self.kind}_{number}, /* {_in_a_comment(name)} */"
-                 for number, name in enumerate(self.names)]
+        said = [[] if suited else [name] for name in self.names]
+        for each, unit in zip(said, self.units, strict=False):
+            each.append(unit)
+        lines = [f"    BLOCK_{self.kind}_{name.upper() if suited else number},"
+                 + (f" /* {_in_a_comment(', '.join(words))} */" if words else "")
+                 for number, (name, words) in enumerate(zip(self.names, said, strict=True))]
         lines.append(f"    BLOCK_{self.kind}S = {len(self.names)}")
         return ["", f"/* {which} index of {', '.join(self.ports)} */", "enum {", *lines, "};"]
 
@@ -128,6 +133,7 @@ class Program:
     types: declarations of further types of which the state has members.
     between: declaration and meaning of a further function, such as one between trials; empty for none.
     axes: what the indices of ports count, as far as it is known.
+    origin: what it was made of, such as experiment, patient and model, in a line.
     """
 
     name: str
@@ -144,6 +150,7 @@ class Program:
     types: tuple[str, ...] = ()
     between: tuple[str, ...] = ()
     axes: tuple[Axis, ...] = ()
+    origin: str = ""
 
     def __post_init__(self) -> None:
         if self.name in KEYWORDS or not re.fullmatch(r"[a-z][a-z0-9_]*", self.name):
@@ -168,6 +175,7 @@ class Program:
         operations = self.operations
         comment = [
             f"{self.title}",
+            *([f"Made of: {_in_a_comment(self.origin)}"] if self.origin else []),
             "",
             f"Call block_init once, then block_step at every tick, {self.period_ns} ns apart; time_ns counts "
             "from the first tick. Nothing is allocated, and all memory is in block_state: several "

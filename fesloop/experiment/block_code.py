@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.experiment.registry import kind_of
+from fesloop.experiment.files.patients import describe
+from fesloop.experiment.registry import kind_of, reinstall
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
+from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import electrodes_in_words
 
 if TYPE_CHECKING:
@@ -34,25 +36,44 @@ def program_of(experiment: ExperimentSpecification, block: str) -> Program:
     kind = kind_of(type(node.part))
     if kind not in exporters:
         raise InputError(f"block {block}", f"is of the kind {kind!r}, which is not available in C",
-                         ", ".join(sorted(exporters)), "choose such a block, or such a kind")
+                         ", ".join(sorted(exporters)),
+                         reinstall(GROUP, kind) or "choose such a block, or such a kind")
     write: Callable[..., Program] = exporters[kind].load()
     wired = frozenset(end.target.part.inputs[end.target_port].name
                       for end in experiment.wiring.connections if end.target is node)
     program = write(node.part, node.context(experiment.seed, 0), wired)
-    return replace(program, axes=(*_angles(experiment, node, program), *_channels(experiment, node, program)))
+    return replace(program, axes=(*_angles(experiment, node, program), *_channels(experiment, node, program)),
+                   origin=_origin(experiment, node))
+
+
+def _origin(experiment: ExperimentSpecification, node: Node) -> str:
+    """Experiment, patient and model of a block in a line."""
+    words = [f"experiment {experiment.name}"]
+    if experiment.patient is not None:
+        named = {**experiment.patient, "file": Path(experiment.patient["file"]).stem}
+        words.append(f"patient {describe(named)}")
+    model = getattr(node.part, "model", None)
+    if isinstance(model, LinearModel):
+        words.append(f"model with the SHA-256 {model.digest()}")
+    return "; ".join(words)
 
 
 def _angles(experiment: ExperimentSpecification, node: Node, program: Program) -> Iterator[Axis]:
-    """Names of the controlled angles: those of the signal that is measured, or those that are scored."""
+    """Names and units of the controlled angles: those of the measured signal, or those that are scored."""
     from fesloop.c_code.program import Axis
+    from fesloop.streams.blocks.synergies import RAD_PER_M, Synergies
 
     ports = {port.name: port.shape[-1] for port in program.inputs if port.unit == "rad" and port.shape}
-    rows = [end.source.part.outputs[end.source_port].row_names for end in experiment.wiring.connections
+    ends = [end for end in experiment.wiring.connections
             if end.target is node and node.part.inputs[end.target_port].name in ports]
+    rows = [end.source.part.outputs[end.source_port].row_names for end in ends]
     names = next((each for each in (*rows, experiment.score.joints) if each), ())
     counted = tuple(name for name, size in ports.items() if size == len(names))
+    apertures = {end.source.part.aperture for end in ends if isinstance(end.source.part, Synergies)}
+    units = tuple(f"rad, {RAD_PER_M / 1e3:.17g} for each mm" if number in apertures else "rad"
+                  for number in range(len(names)))
     if counted:
-        yield Axis("ANGLE", tuple(names), counted, -1)
+        yield Axis("ANGLE", tuple(names), counted, -1, units)
 
 
 def _channels(experiment: ExperimentSpecification, node: Node, program: Program) -> Iterator[Axis]:

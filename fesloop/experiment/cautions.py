@@ -9,6 +9,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 
 from fesloop.experiment.running import Experiment
+from fesloop.experiment.score_spec import Score
 from fesloop.loop.abilities import Warns, offers
 from fesloop.loop.block import Context
 from fesloop.loop.cautions import cautions_in_place, too_old
@@ -33,11 +34,13 @@ def experiment_cautions(experiment: Experiment, *, blocks: bool = True) -> list[
     """Cautions about an experiment.
 
     They are controllers that no plant reaches, references that do not move while they are scored, durations
-    longer than a trial, inputs that are always or often too old, contradictions between neighbours, and
-    warnings of plants; with `blocks`, also those of blocks, which report them at their first tick.
+    longer than a trial, scored spans that end beyond it, inputs that are always or often too old,
+    contradictions between neighbours, and warnings of plants; with `blocks`, also those of blocks, which
+    report them at their first tick.
     """
     wiring, duration_ns = experiment.wiring, experiment.duration_ns
     return [*_unclosed(wiring), *_references(experiment), *_endless(experiment),
+            *_unscored(experiment.score, duration_ns / NS_PER_S),
             *too_old(wiring, duration_ns),
             *cautions_in_place(wiring, duration_ns), *_warnings(experiment, blocks)]
 
@@ -126,8 +129,20 @@ def _endless(experiment: Experiment) -> Iterator[Caution]:
         unit = "ms" if key.endswith("_ms") else "s" if _SECONDS.search(key) else ""
         limit = {"ms": 1e3 * trial_s, "s": trial_s}.get(unit, np.inf)
         if value > limit:
+            never = "nothing begins in one" if key == "begin_s" else "it does not end in one"
             yield (node, "longer_than_trial", f"{key}{of} is {value:g} {unit}, longer than a trial "
-                   f"({limit:g} {unit}), so that it does not end in one")
+                   f"({limit:g} {unit}), so that {never}")
+
+
+def _unscored(score: Score, trial_s: float) -> Iterator[Caution]:
+    """Instants and durations of scores beyond a trial's end."""
+    parts = [("score", score), *((f"score.{each.name}", getattr(score, each.name)) for each in fields(score))]
+    times = [(f"{where}.{each.name}", getattr(part, each.name)) for where, part in parts if is_dataclass(part)
+             for each in fields(part) if _SECONDS.search(each.name)]
+    late = [f"{key} is {time_s:g} s" for key, time_s in times if time_s is not None and time_s > trial_s]
+    if late:
+        yield ("score", "longer_than_trial", f"{', '.join(late)}, and a trial ends at {trial_s:g} s: what "
+               "lies beyond is not scored; lengthen experiment.duration_s, or score earlier")
 
 
 def _own_values(part: object, within: str = "") -> Iterator[tuple[str, float]]:

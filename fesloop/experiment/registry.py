@@ -140,7 +140,7 @@ def find(kind: str) -> type[Any]:
         return _own[kind].cls
     entry = _entries().get(kind)
     if entry is None:
-        remedy = (did_you_mean(kind, kinds()) if ":" not in kind else
+        remedy = (reinstall(BLOCKS, kind) or did_you_mean(kind, kinds()) if ":" not in kind else
                   "a class becomes a kind by @fesloop.block above it, or by an entry point of an installed "
                   f'package, in the group "{BLOCKS}"')
         raise InputError("kind", f"there is no block kind {kind!r}", ", ".join(kinds()), remedy)
@@ -153,6 +153,33 @@ def find(kind: str) -> type[Any]:
                          remedy="reinstall the package that provides it") from fault
     require_contract(kind, cls, entry.value)
     return cls
+
+
+def reinstall(group: str, name: str) -> str:
+    """What to do where the source of an installed package declares an entry point that this one lacks.
+
+    An editable installation follows the source's code, but not its entry points. "" for a name that no source
+    of a package installed from a folder declares.
+    """
+    import json
+    import shlex
+    import tomllib
+    from importlib.metadata import distributions
+    from urllib.parse import urlsplit
+    from urllib.request import url2pathname
+
+    for package in distributions():
+        try:
+            source = urlsplit(json.loads(package.read_text("direct_url.json") or "{}")["url"])
+            folder = Path(url2pathname(source.path))
+            project = tomllib.loads((folder / "pyproject.toml").read_text("utf-8"))["project"]
+            declared = source.scheme == "file" and name in project["entry-points"][group]
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue  # not installed from a folder, or a project without entry points of this group
+        if declared:
+            return (f"{folder / 'pyproject.toml'} declares it since {package.name} was installed: install it "
+                    f"again (pip install -e {shlex.quote(str(folder))})")
+    return ""
 
 
 def kind_of(block: type[Any]) -> str:

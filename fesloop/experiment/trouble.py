@@ -256,13 +256,23 @@ def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int],
     why = kept_off or cut or [event for event in inside if event.where in blocks]
     which = f" in {len(trials)} of {recording.trials} trials" if recording.trials > 1 else ""
     if len(silent) == len(found):
-        reason = next((f" ({each.where}: {each.status}: {each.detail})" for each in reversed(cut)), "")
+        reason = next((f" ({each})" for each in _begins_never(recording)), "") or next(
+            (f" ({each.where}: {each.status}: {each.detail})" for each in reversed(cut)), "")
         return f"no channel gave a pulse{which}: none was commanded: {', '.join(silent)} has none{reason}"
     if not why:
         return f"no channel gave a pulse{which}: nothing was commanded"
     last = why[-1]
     said = f"{last.where}: {last.status}{_when(recording, last)}: {last.detail}"
     return f"no channel gave a pulse{which}: {said}"
+
+
+def _begins_never(recording: Recorded) -> Iterator[str]:
+    """Texts on blocks whose `begin_s` is the end of a trial or later."""
+    trial_s = recording.experiment.get("experiment", {}).get("duration_s", math.inf)
+    for name, table in recording.experiment.get("blocks", {}).items():
+        begin_s = table.get("begin_s", 0.0) if isinstance(table, dict) else 0.0
+        if _finite(begin_s) and begin_s >= trial_s:
+            yield f"{name}: begin_s is {begin_s:g} s, and a trial ends at {trial_s:g} s"
 
 
 def _mostly_cut(recording: Recorded, events: Sequence[Event],

@@ -298,7 +298,8 @@ class Loop:
         if turn is None:
             raise InputError("run_until_turn", f"there is no block {name!r}",
                              ", ".join(block.name for block in self._blocks))
-        if not turn.due <= time_ns == turn.clock.tick(turn.clock.first_at_or_after(time_ns)):
+        if turn.due != time_ns and not turn.due <= time_ns == turn.clock.tick(
+                turn.clock.first_at_or_after(time_ns)):
             raise InputError("run_until_turn", f"{name} has no tick to come at {time_ns} ns",
                              f"a tick from {turn.due} ns on")
         self._advance(time_ns, turn)
@@ -496,6 +497,8 @@ class Loop:
 
 def _whole_ns(time_ns: float) -> int:
     """The instant as an integer. Raises InputError where it is no whole number of ns."""
+    if type(time_ns) is int:
+        return time_ns
     whole = isinstance(time_ns, int | float | np.integer) and not isinstance(time_ns, bool)
     if not whole or time_ns % 1 != 0:
         raise InputError("run_until", f"{time_ns!r}", "a whole number of ns",

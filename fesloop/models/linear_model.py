@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -188,6 +189,16 @@ class LinearModel:
     def outputs(self) -> int:
         """Number of outputs."""
         return int(self.c.shape[0])
+
+    def digest(self) -> str:
+        """SHA-256 of the model's numbers, as 64 hexadecimal digits: the same for the same model."""
+        found = hashlib.sha256()
+        curve = self.recruitment
+        curves = () if curve is None else (curve.threshold_ma, curve.spread, curve.chronaxie_us)
+        for each in (self.a, self.b, self.c, self.offset, self.delay_ns, *curves):
+            numbers = np.asarray(each, dtype="<f8") + 0.0  # -0.0 is 0.0
+            found.update(f"{numbers.shape}".encode() + numbers.tobytes())
+        return found.hexdigest()
 
     def gain_at_rest(self) -> Matrix:
         """Effect of drives that have acted for `AT_REST_S`, (outputs, muscles), rad per unit of drive."""

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 from c_code_parts import needs_gcc
 from hypothesis import given, settings
@@ -14,7 +18,9 @@ from hypothesis import strategies as st
 import fesloop
 from fesloop.apps.cli import main
 from fesloop.c_code.program import Axis
+from fesloop.errors import InputError
 from fesloop.experiment.block_code import program_of
+from fesloop.models.patient_model import load_patient_model
 from plants.finger.plant import MUSCLES
 
 PID = ["export", "finger_pid_latency", "--block", "controller"]
@@ -102,17 +108,43 @@ def test_headers_name_joints_and_channels(tmp_path):
     header = " ".join((tmp_path / "finger" / "controller.h").read_text().split())
     for said, kind, names in (("last index of reference_preview, measured", "ANGLE", ("MCP", "PIP", "DIP")),
                               ("first index of stimulation", "CHANNEL", MUSCLES)):
-        constants = ", ".join(f"CONTROLLER_{kind}_{name.upper()}" for name in names)
-        assert f"/* {said} */ enum {{ {constants}, CONTROLLER_{kind}S = {len(names)} }};" in header
+        unit = " /* rad */" if kind == "ANGLE" else ""
+        constants = " ".join(f"CONTROLLER_{kind}_{name.upper()},{unit}" for name in names)
+        assert f"/* {said} */ enum {{ {constants} CONTROLLER_{kind}S = {len(names)} }};" in header
 
     settings = {"law": "gradient"}
     fesloop.export_block("open_close_ilc", "controller", out=tmp_path / "hand", settings=settings)
     header = (tmp_path / "hand" / "controller.h").read_text()
-    assert "CONTROLLER_ANGLE_WRIST_EXTENSION,\n    CONTROLLER_ANGLE_FINGER_FLEXION," in header
+    assert "CONTROLLER_ANGLE_WRIST_EXTENSION, /* rad */\n    CONTROLLER_ANGLE_FINGER_FLEXION," in header
     stimulator = fesloop.load("open_close_ilc").wiring.node("stimulator").part
     for channel, electrode in enumerate(stimulator.electrodes):
         elements = "+".join(map(str, electrode.elements))
         assert f"CONTROLLER_CHANNEL_{channel}, /* elements {elements} */" in header
+
+
+def test_the_controller_of_a_grasp_is_exported_as_the_refusal_says(tmp_path):
+    """Its header names patient and model, and the unit of each row."""
+    with pytest.raises(InputError, match="contact is not available in C") as refused:
+        program_of(fesloop.load("grasp_mpc"), "controller")
+    setting = re.search(r"--set (\S+) does so", str(refused.value))[1]
+    program = program_of(fesloop.load("grasp_mpc", [setting, "follow=aperture"]), "controller")
+    header = " ".join(re.sub(r"\n \*", " ", program.files()["controller.h"]).split())
+    digest = load_patient_model(Path("grasp_sci_c6_aperture")).model.digest()
+    assert f"Made of: experiment grasp_mpc; patient sci_c6; model with the SHA-256 {digest}" in header
+    assert "CONTROLLER_ANGLE_WRIST_EXTENSION, /* rad */" in header
+    per_mm = float(re.search(r"CONTROLLER_ANGLE_GRIP_APERTURE, /\* rad, (\S+) for each mm \*/", header)[1])
+    assert per_mm == pytest.approx(math.radians(1.0), rel=1e-15)
+
+
+@given(st.integers(0, 2), st.floats(-1.0, 1.0), st.sampled_from(["a", "b", "c", "offset"]))
+def test_the_digest_of_a_model_changes_with_each_of_its_numbers(place, value, key):
+    model = load_patient_model(Path("grasp_sci_c6")).model
+    changed = np.array(getattr(model, key))
+    changed.flat[place] = value
+    same = np.array_equal(changed, getattr(model, key))
+    assert (replace(model, **{key: changed}).digest() == model.digest()) == same
+    assert replace(model, delay_ns=model.delay_ns + 1).digest() != model.digest()
+    assert replace(model, recruitment=None).digest() != model.digest()
 
 
 @needs_gcc

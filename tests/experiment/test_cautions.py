@@ -46,6 +46,7 @@ def test_way_points_beyond_the_trial_and_a_reference_that_stays_are_named(times)
 
 @pytest.mark.parametrize(("change", "said"), [
     (CUT, "does not move from 1 to 3 s"),
+    ([*BASE, "score.until_s=7"], "score.until_s is 7 s, and a trial ends at 3 s"),
     ([*BASE, *OPEN], "no way leads from the patient to the input `measured` of `controller`")])
 def test_check_run_and_report_say_it(change, said, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -75,6 +76,21 @@ def test_durations_longer_than_a_trial_are_named(case, share):
     assert len(found) == (value > trial_ms)
     assert all(f"{key.rpartition('.')[2]}" in each and f"longer than a trial ({trial_ms:g} ms)" in each
                for each in found)
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.floats(1.5, 20.0), st.floats(1.5, 20.0))
+def test_a_score_beyond_the_trial_is_named_in_one_caution(duration_s, until_s):
+    """Scored until `until_s`; the grasp's own spans begin at 4 and 6.2 s and end at 8.5 s."""
+    duration_s, until_s = round(duration_s, 2) + 1.0, round(until_s, 2) + 1.0
+    given = ["scene=cylinder", f"experiment.duration_s={duration_s}", f"score.until_s={until_s}"]
+    found = [detail for node, _, detail in experiment_cautions(fesloop.load("grasp_mpc", given))
+             if node == "score"]
+    spans = {"score.until_s": until_s, "score.grasp.from_s": 6.2, "score.grasp.until_s": 8.5,
+             "score.grasp.starts_s": 4.0}
+    late = [f"{key} is {value:g} s" for key, value in spans.items() if value > duration_s]
+    told = [detail.partition(", and a trial ends")[0] for detail in found]
+    assert told == ([", ".join(late)] if late else [])
 
 
 @pytest.mark.slow

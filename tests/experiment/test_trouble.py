@@ -176,6 +176,17 @@ def test_the_summary_says_first_that_no_pulse_was_given_and_why(tmp_path, capsys
     assert "(controller: no_input" in said[0]
 
 
+@given(st.floats(0.0, 20.0), st.floats(1.0, 20.0))
+def test_a_controller_that_begins_after_the_trial_is_why_there_is_no_pulse(begin_s, duration_s):
+    told = Told([(0.0, 0.0, 0.0)], [event(0.0, "controller", "no_input")])
+    told.experiment["experiment"] = {"duration_s": duration_s}
+    told.experiment["blocks"]["controller"]["begin_s"] = begin_s
+    text = troubles(told, {"joint_rmse_deg": [9.0], "unmoved_rmse_deg": [9.0]})[0].text
+    never = f"(controller: begin_s is {begin_s:g} s, and a trial ends at {duration_s:g} s)"
+    assert text.endswith(never) == (begin_s >= duration_s)
+    assert ("no_input" in text) == (begin_s < duration_s)
+
+
 @given(st.integers(0, 30), st.sampled_from(["stale_input", "posture_silent", "no_posture",
                                                  "charge_exhausted"]))
 def test_no_list_of_events_cuts_off_what_is_grave(others, status):

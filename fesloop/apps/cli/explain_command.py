@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from textwrap import fill
 
-from fesloop.analysis.study.design.shipped_studies import kept_metrics
+from fesloop.analysis.study.design.shipped_studies import kept_metrics, shipped_studies
 from fesloop.apps.cli.output import print_json, print_table
 from fesloop.errors import InputError
+from fesloop.experiment import registry
+from fesloop.experiment.files.source import shipped
 from fesloop.experiment.metrics.words import Definition, definitions_of, groups, plain_text
 
 _WIDTH = 100
+_MOST_NAMED = 5
+"""Names that a message lists (chosen: it is one line)."""
 
 
 def execute(args: Namespace) -> int:
@@ -23,9 +28,9 @@ def execute(args: Namespace) -> int:
     for name in args.metrics:
         try:
             found[name] = definitions_of(name, studies)
-        except InputError:
+        except InputError as fault:
             if name not in studies:
-                raise
+                raise _explained(name, fault) from None
             found[name] = []
     if args.json:
         print_json({name: {"definitions": [each.as_table() for each in definitions],
@@ -36,6 +41,36 @@ def execute(args: Namespace) -> int:
             print()
         print("\n\n".join([*map(_text, definitions), *_in_studies(name, studies.get(name, {}))]))
     return 0
+
+
+def _explained(name: str, fault: InputError) -> InputError:
+    """The fault of a name that is no number, with what else has the name or a part of it."""
+    whole = [f"the {word} {name} (`{command}`)" for word, known, command in (
+        ("experiment", shipped(), f"fesloop check {name}"),
+        ("study", shipped_studies(), f"fesloop study {name} --dry-run"),
+        ("kind of block", registry.kinds(), "fesloop list")) if name in known]
+    printed = [each.name for group in groups() for each in group.definitions
+               if name in group.command.replace(",", "").split()]
+    if printed:
+        whole.insert(0, f"the command `fesloop {name}`, which prints {_some(printed)}")
+    parts = [f"{word} ({_some(likes)})" for word, likes in (
+        ("numbers", [each.name for group in groups() for each in group.definitions
+                        if name in re.split(r"[_\W]+", each.name)]),
+        ("experiments", [each for each in shipped() if name in each.split("_")])) if likes]
+    if whole:
+        found = f"{name!r} is {', and '.join(whole)}, and no number"
+    elif parts:
+        found = f"{name!r} is no number, but a part of names of {' and of '.join(parts)}"
+    else:
+        return fault
+    return InputError(fault.where, found, "numbers as commands print them", "`fesloop explain` lists all")
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first few of some names."""
+    every = list(dict.fromkeys(names))
+    more = f" and {len(every) - _MOST_NAMED} more" if len(every) > _MOST_NAMED else ""
+    return ", ".join(every[:_MOST_NAMED]) + more
 
 
 def _list_all(*, as_json: bool) -> int:

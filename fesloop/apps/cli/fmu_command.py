@@ -9,6 +9,7 @@ from pathlib import Path
 
 from fesloop.apps.cli.output import print_json, progress_bar
 from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.registry import reinstall
 
 GROUP = "fesloop.exporters"
 """Group of entry points: functions that write a plant as the FMU of a given path."""
@@ -19,7 +20,7 @@ def execute(args: Namespace) -> int:
     exporters = {entry.name: entry for entry in entry_points(group=GROUP)}
     if args.plant not in exporters:
         raise InputError(f"fmu build {args.plant}", "this plant has no FMU", ", ".join(sorted(exporters)),
-                         did_you_mean(args.plant, exporters))
+                         reinstall(GROUP, args.plant) or did_you_mean(args.plant, exporters))
     folder = Path(args.out)
     try:
         folder.mkdir(parents=True, exist_ok=True)

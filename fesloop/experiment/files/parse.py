@@ -15,7 +15,7 @@ from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.layout import experiment_table
 from fesloop.experiment.files.patients import patient_of, with_models, with_patient
-from fesloop.experiment.files.settings import Settings, apply_settings, setting_texts
+from fesloop.experiment.files.settings import Settings, apply_settings, named_as_set, setting_texts
 from fesloop.experiment.files.source import read_experiment
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.record_spec import Record
@@ -117,9 +117,10 @@ def _unknown_kind(name: str, table: dict[str, Any]) -> InputError:
 
 
 def raise_all(faults: Sequence[InputError]) -> None:
-    """Raise all faults as one error, if there are any."""
-    if faults:
-        raise InputErrors(list(faults)) if len(faults) > 1 else faults[0]
+    """Raise all faults as one error, if there are any; one that is the same in several places once."""
+    each = list({str(fault): fault for fault in faults}.values())
+    if each:
+        raise InputErrors(each) if len(each) > 1 else each[0]
 
 
 def document_of(path: Path) -> dict[str, Any]:
@@ -177,7 +178,10 @@ def load_picked(experiment: str | Path, settings: Settings = (),
     picked = pick(document, settings, name)
     every = [*picked.settings, *([f"experiment.seed={seed}"] if seed is not None else [])]
     changed = apply_settings(picked.document, every, picked.name, tuple(picked.options))
-    return from_document(changed, picked.name), picked
+    try:
+        return from_document(changed, picked.name), picked
+    except InputError as fault:
+        raise named_as_set(fault, f"{picked.name}: ", picked.document, every) from None
 
 
 def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
@@ -411,4 +415,11 @@ def _wire(where: str, table: dict[str, Any], kinds: Kinds, links: Mapping[str, A
     names = {"from": "source", "to": "target"}
     values = {names.get(key, key): value for key, value in {**links.get(link or "", {}), **table}.items()
               if key != "optional"}
-    return make(Wire, values, kinds, where)  # type: ignore[no-any-return]
+    try:
+        return make(Wire, values, kinds, where)  # type: ignore[no-any-return]
+    except InputError as fault:
+        key = fault.where.removeprefix(f"{where}.").rpartition(": ")[2]
+        place = f"links.{link}" if link is not None else where
+        known = key.partition(".")[0] in TRANSPORT
+        raise InputError(f"{place}.{key}" if known else fault.where, fault.found, fault.allowed,
+                         fault.remedy) from None

@@ -161,7 +161,7 @@ def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool =
     loaded: dict[str, Any] = {}
     notes: list[str] = []
     faults: list[InputError] = []
-    document = _with_channels(document)
+    document = _with_channels(document, kinds)
     for name, table in document["blocks"].items():
         try:
             loaded[name] = _with_model(f"blocks.{name}", table, document, kinds, notes, patient_known)
@@ -174,11 +174,12 @@ def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool =
     return {**document, "blocks": loaded, **_noted(document["experiment"], notes)}
 
 
-def _with_channels(document: dict[str, Any]) -> dict[str, Any]:
+def _with_channels(document: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
     """The document with the channels of a model's file, where a controller's model says `channels = true`.
 
     They are the elements of the stimulator's channels, the ones that control grip force, and those that rest
-    on an object. Raises InputError for a model whose channels were given.
+    on an object, of a controller that has `grasping_channels`. Raises InputError for a model whose channels
+    were given.
     """
     blocks = document["blocks"]
     for name, table in blocks.items():
@@ -202,7 +203,8 @@ def _with_channels(document: dict[str, Any]) -> dict[str, Any]:
         own: dict[str, dict[str, Any]] = {"stimulator": {"electrodes": electrodes},
                                           "grip_force": {"closing": list(model.closing)}}
         blocks = {other: {**given, **own.get(given["kind"], {})} for other, given in blocks.items()}
-        blocks[name] = {**blocks[name], "grasping_channels": list(model.grasping)}
+        if "grasping_channels" in hints_of(kinds[table["kind"]]):
+            blocks[name] = {**blocks[name], "grasping_channels": list(model.grasping)}
     return {**document, "blocks": blocks}
 
 

@@ -1,8 +1,8 @@
 """Settings `KEY=VALUE` of the command line, applied to the tables of an experiment file.
 
-KEY is an alias of the file, or a dotted path such as blocks.pid.gain, wires.2.latency_ms or
-wires."imu.gyr->tracker.gyr".latency_ms. VALUE is read as TOML, and as text where it is no TOML or where the
-key takes text.
+KEY is an alias of the file, or a dotted path such as blocks.pid.gain, wires.2.latency_ms,
+wires."imu.gyr->tracker.gyr".latency_ms or blocks.reference.phases.close.duration_s. VALUE is read as TOML,
+and as text where it is no TOML or where the key takes text.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
-from fesloop.errors import InputError, did_you_mean
+from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.overlay import key_parts
 from fesloop.experiment.files.source import placed_value
@@ -77,6 +77,27 @@ def _paths(document: dict[str, Any], key: str, name: str, variants: Sequence[str
     return [path]
 
 
+def named_as_set(fault: InputError, start: str, document: Mapping[str, Any],
+                 settings: Sequence[str]) -> InputError:
+    """The fault, or all of several, with the setting by an alias that wrote the value at its place.
+
+    `start` is how every place begins: the file's name. `document` has the aliases.
+    """
+    if isinstance(fault, InputErrors):
+        return InputErrors([named_as_set(each, start, document, settings) for each in fault.faults])
+    place = key_parts(fault.where.removeprefix(start).partition(": ")[0])
+    for setting in settings:
+        targets = _table(document, "aliases").get(setting.partition("=")[0].strip(), [])
+        for path in map(key_parts, targets if isinstance(targets, list) else [targets]):
+            # A fault of a list or of a file is at the key that has it, one of two keys names the other.
+            whole = path[:-1] if path[-1].isdecimal() or path[-1] == "file" else path
+            beside = place[:-1] == path[:-1] and path[-1] in fault.found.split()
+            if place[:len(whole)] == whole or beside:
+                where = f"{fault.where} (--set {setting})"
+                return InputError(where, fault.found, fault.allowed, fault.remedy)
+    return fault
+
+
 def _table(document: Mapping[str, Any], key: str) -> dict[str, Any]:
     table = document.get(key)
     return table if isinstance(table, dict) else {}
@@ -115,14 +136,23 @@ def _step(here: Any, part: str, key: str, name: str) -> Any:
             return part
         known = list(here)
     else:
-        ends = [f"{wire.get('from')}->{wire.get('to')}" if isinstance(wire, dict) else "" for wire in here]
+        names = [_member_name(member) for member in here]
         if part.isdecimal() and int(part) < len(here):
             return int(part)
-        if part in ends:
-            return ends.index(part)
-        known = [f"0 to {len(here) - 1}", *ends]
+        if part in names and names.count(part) == 1:
+            return names.index(part)
+        known = [f"0 to {len(here) - 1}", *(each for each in names if names.count(each) == 1)]
     raise InputError(f"--set {key}", f"{name} has no {part!r} there", ", ".join(filter(None, known)),
                      did_you_mean(part, known))
+
+
+def _member_name(member: Any) -> str:
+    """Name of a list's member: the ends of a wire, or its `name`, as of a phase; "" for one without."""
+    if not isinstance(member, dict):
+        return ""
+    if {"from", "to"} <= set(member):
+        return f"{member['from']}->{member['to']}"
+    return str(member.get("name", ""))
 
 
 def _value(text: str, is_text: bool) -> Any:

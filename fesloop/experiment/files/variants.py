@@ -9,6 +9,8 @@
     blocks.tracker.kind = "kortier"
 
 The options of several variants are applied together; two options that change the same key are refused.
+Where one gives a block another kind and removes parameters of the old kind, what others say of these has no
+effect.
 """
 
 from __future__ import annotations
@@ -299,6 +301,7 @@ def _together(base: Tables, chosen: Mapping[str, Tables], name: str) -> Tables:
 def combined(base: Any, one: Any, other: Any, path: tuple[str, ...] = ()) -> Any:
     """Merge the changes that two documents make to the same base; the order does not matter.
 
+    A parameter that one of them removes with a block's kind is removed, whatever the other one makes of it.
     Raises InputError at the path of a value that they change in two ways.
     """
     if same(one, other) or same(base, other):
@@ -311,8 +314,15 @@ def combined(base: Any, one: Any, other: Any, path: tuple[str, ...] = ()) -> Any
     found = {}
     for key in dict.fromkeys([*one, *other]):
         was, first, second = (each.get(key, ABSENT) for each in (old, one, other))
+        if len(path) == 2 and path[0] == "blocks" and (_goes(key, old, one) or _goes(key, old, other)):
+            continue
         found[key] = combined(was, first, second, (*path, key))
     return {key: value for key, value in found.items() if value is not ABSENT}
+
+
+def _goes(parameter: str, base: Mapping[str, Any], block: Mapping[str, Any]) -> bool:
+    """Return whether a block of another kind than in the base is without a parameter of the base."""
+    return parameter in base and parameter not in block and block.get("kind") != base.get("kind")
 
 
 def cut_off(base: Mapping[str, Any], one: Mapping[str, Any], other: Mapping[str, Any]) -> str:

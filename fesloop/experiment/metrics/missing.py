@@ -20,6 +20,8 @@ _REASONS = (
     ("decline_pct", "the trial ended before the last cycle, or the first cycle has no peak"),
     ("intention_to_reference", "no attempt was answered by a trigger"),
     ("intention_to_movement", "no attempt was answered by a trigger, or the hand did not move after it"),
+    ("raised", "no element raised the angle"),
+    ("lowered", "no element lowered the angle"),
     ("orientation", "the tracker gave no orientation while the reference had one"),
     ("relative_angle", "the tracker gave no orientation while the reference had one"),
 )

@@ -61,11 +61,12 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     (controller), one a trial; split_from_s: the first instant that counts for these, at which the trial is
     scored (after_s), the reference is known, and an estimate that an aligned tracker put out had reached the
     controller: the total need not be joint_rmse_deg. Under joints the same by joint; range_deg, how far each
-    joint moved, where only truth is scored. `grasp_metrics`, `cycle_metrics` and `search_metrics` describe
-    their own. orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that
-    was played, from orientation_from_s on where the tracker is aligned later. joint_angle_rmse_deg:
-    by pair, of the angle that the tracker gives to a controller, against that of the reference by the same
-    convention; flexion_axis_share: share of a pair's turning about the axis of that angle, where it turns.
+    joint moved, where only truth is scored. `grasp_metrics`, `cycle_metrics`, `search_metrics` and
+    `sweep_metrics` describe their own. orientation_rmse_deg and relative_angle_rmse_deg: against the
+    reference of the recording that was played, from orientation_from_s on where the tracker is aligned later.
+    joint_angle_rmse_deg: by pair, of the angle that the tracker gives to a controller, against that of the
+    reference by the same convention; flexion_axis_share: share of a pair's turning about the axis of that
+    angle, where it turns.
     fingertip_rmse_mm: by tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker
     gives its sd. step_us: median and 99th percentile of the timed blocks' steps. missing: of every number
     that is NaN or None the reason in words (`fesloop.experiment.metrics.missing`).
@@ -86,6 +87,16 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
         metrics |= cycle_metrics(recording, score.cycles)
     if score.search is not None:
         metrics |= search_metrics(recording, score.search)
+    sweep = next((name for name, table in recording.experiment["blocks"].items()
+                  if table.get("kind") == "element_sweep" and f"{name}.stair" in recording.signals), None)
+    if sweep is not None and score.truth is not None:
+        from fesloop.experiment.metrics.sweep import sweep_metrics
+
+        truth = [_trace(recording, score.truth, trial, 0.0) for trial in range(recording.trials)]
+        found = sweep_metrics(recording, sweep, truth, _joint_names(score, truth))
+        for name, values in found.pop("joints", {}).items():
+            metrics["joints"][name] |= values
+        metrics |= found
     if score.intention is not None:
         from fesloop.experiment.metrics.intention import intention_metrics
 

@@ -261,6 +261,10 @@ def test_a_sweep_gives_a_model_that_a_grasp_takes(swept, tmp_path):
     assert blocks["grip"]["closing"] == list(again.closing)
     assert blocks["controller"]["grasping_channels"] == list(again.grasping)
     assert run(experiment, tmp_path).status == "done"
+    pid = load("grasp_mpc", [*MODEL, f"model={file}", "control=tuned_pid"]).document()["blocks"]
+    assert pid["stimulator"] == blocks["stimulator"]
+    assert pid["grip"]["closing"] == list(again.closing)
+    assert pid["controller"]["current_ma"] == blocks["controller"]["current_ma"]
 
 
 def test_a_posture_that_no_element_reaches_is_said(swept):

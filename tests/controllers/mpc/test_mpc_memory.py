@@ -242,6 +242,18 @@ def test_bad_parameters_are_named(changes, key):
         Memory(**changes)
 
 
+@given(st.floats(0.1, 100.0), st.sampled_from(["25", "50", "100"]))
+def test_a_cut_off_beyond_half_the_rate_is_refused(cutoff_hz, rate):
+    mpc = Mpc(model=MODEL, current_ma=(40.0,) * 4, horizon=40, memory=Memory(cutoff_hz=cutoff_hz))
+    context = Context("control", clock=RateClock.from_rate(rate))
+    if cutoff_hz < 0.5 * float(rate):
+        mpc.init(context)
+        return
+    told = rf"control.memory.cutoff_hz: .* Hz; allowed: below {float(rate) / 2:g} Hz"
+    with pytest.raises(InputError, match=told):
+        mpc.init(context)
+
+
 def test_memory_and_adaptation_exclude_each_other():
     with pytest.raises(InputError, match="memory: given beside adaptation"):
         Mpc(model=MODEL, current_ma=(40.0,) * 4, memory=Memory(), adaptation=StrengthAdaptation())

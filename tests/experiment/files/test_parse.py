@@ -5,6 +5,9 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import settings as tried
+from hypothesis import strategies as st
 
 import fesloop
 from controllers.pid import Pid
@@ -335,3 +338,27 @@ class Spacious:
 def test_what_needs_more_memory_than_there_is_is_refused_by_name():
     with pytest.raises(InputError, match=r"blocks.wide: its numbers cannot be computed with: .*memory"):
         make(Spacious, {"length": 2**62}, {}, "blocks.wide")
+
+
+@tried(deadline=None, max_examples=30)
+@given(alias=st.sampled_from(["tracker_latency_ms", "loss", "silence_ms", "mass_kg", "move_weight",
+                              "jitter_ms", "misalignment_deg"]),
+       value=st.floats(-1e3, -1e-3).map(lambda value: round(value, 3)))
+def test_a_fault_at_an_alias_names_the_setting_and_the_key_that_it_wrote(alias, value):
+    """One line for each wrong key, and one for a link of several wires; other settings are not named."""
+    setting, keys = f"{alias}={value}", {
+        "tracker_latency_ms": ["links.radio.latency_ms"], "loss": ["links.radio.loss"],
+        "silence_ms": ["blocks.safety.watchdog.silence_ms"], "jitter_ms": ["links.radio.jitter.low_ms"],
+        "mass_kg": ["blocks.hand.object.mass_kg", "blocks.grip.mass_kg"],
+        "move_weight": ["blocks.controller.move_weight"],
+        "misalignment_deg": ["blocks.imus.mounting_angle_deg"]}
+    with pytest.raises(InputError) as refused:
+        fesloop.load("grasp_mpc", ["error_scale=1", setting, "day=2", "brace={ wrist_abduction = 0.0 }"])
+    starts = [line.partition(f" (--set {setting}): ") for line in str(refused.value).splitlines()]
+    assert [place.rpartition(": ")[2] for place, *_ in starts] == keys[alias]
+    assert all(rest for *_, rest in starts)
+    written = [f"{key.replace('low_ms', 'high_ms')}={value}" for key in keys[alias]]
+    if alias != "misalignment_deg":
+        with pytest.raises(InputError) as refused:
+            fesloop.load("grasp_mpc", written)
+        assert "--set" not in str(refused.value)

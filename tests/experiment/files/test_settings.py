@@ -1,6 +1,8 @@
 """`--set` changes what a file says, by alias or by path, and refuses keys that lead nowhere."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fesloop import load
 from fesloop.errors import InputError
@@ -76,3 +78,17 @@ def test_lists_and_tables_with_text_in_them_are_set_as_such():
     assert blocks["hand"]["rest_deg"] == {"F2_pip_flexion": 10.0}
     assert blocks["tracker"]["sensed"] == ["hand", "F2p"]
     assert blocks["hand"]["script"] == "A-F1"
+
+
+@given(st.lists(st.sampled_from(["rest", "open", "close", "back again"]), min_size=1, max_size=6), st.data())
+def test_a_member_of_a_list_is_found_by_its_name_unless_several_have_it(names, data):
+    """Truth: the place of the name in the list."""
+    document = {"blocks": {"reference": {"phases": [{"name": each} for each in names]}}}
+    name = data.draw(st.sampled_from(names))
+    setting = f'blocks.reference.phases."{name}".duration_s=2.5'
+    if names.count(name) > 1:
+        with pytest.raises(InputError, match=f"no {name!r} there; allowed: 0 to {len(names) - 1}"):
+            apply_settings(document, [setting], "x.toml")
+        return
+    phases = apply_settings(document, [setting], "x.toml")["blocks"]["reference"]["phases"]
+    assert [each.get("duration_s") for each in phases] == [2.5 if each == name else None for each in names]

@@ -280,3 +280,27 @@ def test_whatever_an_option_says_is_made_or_refused(options):
     document = {**tomllib.loads(SMALL), "variants": {"plant": {"default": "finger", **options}}}
     with suppress(InputError):
         assert "variants" not in pick(document, ["plant=weak"], "file").document
+
+
+OF_PID = {"kp": 1, "ki": 2, "delay": {"file": "a"}}
+
+
+@given(gone=st.sets(st.sampled_from(list(OF_PID)), min_size=1), said=st.sampled_from(list(OF_PID)),
+       value=st.one_of(st.integers(), st.just({"file": "b"})), turned=st.booleans(), replaced=st.booleans())
+def test_a_parameter_that_goes_with_its_blocks_kind_is_gone_whatever_others_make_of_it(
+        gone, said, value, turned, replaced):
+    """In either order of the variants; without another kind, the options change one key in two ways."""
+    other = {"remove": [f"blocks.pid.{key}" for key in sorted(gone)],
+             "blocks": {"pid": {"kind": "other" if replaced else "pid"}}}
+    variants = {"control": {"default": "pid", "pid": {}, "other": other},
+                "follow": {"default": "all", "all": {}, "some": {"blocks": {"pid": {said: value}}}}}
+    if turned:
+        variants = dict(reversed(variants.items()))
+    document = {"blocks": {"pid": {"kind": "pid", **OF_PID}}, "variants": variants}
+    if said in gone and not replaced and value != OF_PID[said]:
+        with pytest.raises(InputError, match=f"both change blocks.pid.{said};"):
+            pick(document, ["control=other", "follow=some"], "small")
+        return
+    made = pick(document, ["control=other", "follow=some"], "small").document["blocks"]["pid"]
+    kept = {key: given for key, given in {**OF_PID, said: value}.items() if key not in gone}
+    assert made == {"kind": "other" if replaced else "pid", **kept}

@@ -147,6 +147,26 @@ def test_a_name_that_does_not_exist_is_answered_with_the_nearest(capsys):
                                        "did you mean 'grip_margin'?\n")
 
 
+@pytest.mark.parametrize(("name", "said"), [
+    ("fit", "'fit' is no number, but a part of names of numbers (fit_percent)"),
+    ("identify", "'identify' is the command `fesloop identify`, which prints fit_percent, held_out_s,"),
+    ("grasp_mpc", "'grasp_mpc' is the experiment grasp_mpc (`fesloop check grasp_mpc`), and no number"),
+    ("latency_map", "'latency_map' is the study latency_map (`fesloop study latency_map --dry-run`)"),
+    ("fatigue", "'fatigue' is the experiment fatigue (`fesloop check fatigue`), and no number"),
+    ("tuned_pid", "'tuned_pid' is the kind of block tuned_pid (`fesloop list`), and no number"),
+    ("sweeps", "no command prints a number 'sweeps'; did you mean 'sweep'?")])
+def test_a_name_of_something_else_is_answered_with_what_it_is(name, said, capsys):
+    assert main(["explain", name]) == 2
+    line = capsys.readouterr().err
+    assert said in line
+    assert line.count("\n") == 1
+
+
+def test_the_heading_of_a_sweeps_fit_is_explained(capsys):
+    assert main(["explain", "sweep"]) == 0
+    assert "on the sweep that it was fitted to" in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_number_of_a_study_leads_to_the_one_that_it_comes_from(capsys):
     assert main(["explain", "first_error_deg"]) == 0
     told = capsys.readouterr().out

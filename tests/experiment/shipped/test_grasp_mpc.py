@@ -69,6 +69,14 @@ def test_pid_tuned_by_the_model_grasps_less_exactly_than_prediction(tmp_path):
     assert 2.0 < metrics["joint_rmse_deg"][0] < 6.0
 
 
+def test_pid_tuned_by_the_model_controls_each_finger(tmp_path):
+    result = fesloop.load("grasp_mpc", ["control=tuned_pid", "follow=fingers"]).run(tmp_path)
+    assert result.metrics["held"] == [True]
+    assert list(result.metrics["joints"]) == [
+        "wrist_extension", "F2_flexion", "F3_flexion", "F4_flexion", "F5_flexion", "thumb_flexion"]
+    assert result.metrics["joint_rmse_deg"][0] < 0.5 * result.metrics["unmoved_rmse_deg"][0]
+
+
 def of_the_aperture(result):
     """Times, s, of the hand's fingertips; its aperture and the reference's, mm."""
     with Recording(result.recording) as recording:

@@ -7,12 +7,15 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from fesloop.experiment.cautions import experiment_cautions
+from fesloop.experiment.metrics.sweep import RESPONDS_DEG
 from fesloop.experiment.trouble import comparable, troubles
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.words import counted, listed, rounded
 
 _SAID = ("broken_off", "rose")
 """Kinds of trouble that the summary expresses by its beginning and by the change of the error."""
+_MOST_ANGLES = 8
+"""Angles of a sweep that the summary names (chosen: the six of a hand's fingers, wrist and thumb)."""
 _BROKEN_OFF = {"running": "The run is still under way or was killed; recorded so far: ",
                "damaged": "The file is damaged; in its readable part: ",
                "failed": "The run failed; recorded until then: ",
@@ -56,6 +59,7 @@ def _findings(known: Known, *, grasp: bool, compared: bool) -> Iterator[str]:
     if grasp:
         yield from _grasp(known)
     yield from _grip(known)
+    yield from _swept(known)
     yield from _search(known.metrics)
     yield from _played(known)
     yield from _tracker(known)
@@ -166,6 +170,30 @@ def _search(metrics: Mapping[str, Any]) -> Iterator[str]:
         text += (f", and recommends {elements} at {rounded(metrics['found_ma'][0])} mA "
                  f"(quality {rounded(metrics['found_quality'][0])}{of_best})")
     yield text
+
+
+def _swept(known: Known) -> Iterator[str]:
+    """Elements of a sweep that move the hand, and the strongest for the angles that moved most."""
+    moved = known.metrics.get("responding_elements")
+    if not moved:
+        return
+    trial = len(moved) - 1
+    which = f" in the last of {len(moved)} trials" if trial else ""
+    swept = known.metrics["swept_elements"][trial]
+    yield f"{moved[trial]} of {swept} elements moved an angle by {RESPONDS_DEG:g} deg or more{which}"
+    strongest = []
+    for name, values in known.metrics.get("joints", {}).items():
+        ways = [(values[f"{word}_deg"][trial], sign, values[f"{word}_by"][trial])
+                for word, sign in (("raised", "+"), ("lowered", "-"))]
+        ways = [way for way in ways if math.isfinite(way[0]) and way[0] >= RESPONDS_DEG]
+        if ways:
+            text = " and ".join(f"{sign}{way:.0f} deg (element {by})" for way, sign, by in ways)
+            strongest.append((max(ways)[0], f"{name} {text}"))
+    shown = sorted(strongest, reverse=True)[:_MOST_ANGLES]
+    if shown:
+        others = len(strongest) - len(shown)
+        more = f" ({others} more angles moved less)" if others else ""
+        yield f"the strongest for {', '.join(text for _, text in shown)}{more}"
 
 
 def played_by(known: Known) -> list[str]:
