@@ -4,9 +4,9 @@ Members of a cohort of `sci_c6`, on whom nothing was tuned, are seen for the fir
 another hand, MyoHand, so that nobody is judged on one model alone. One way sweeps all elements through the
 tracker, chooses elements and currents, and grasps a cylinder three times under predictive control that learns
 from trial to trial. The other is what one did before: the electrodes of an average arm, an identification of
-three minutes, and iterative learning. Both ways, MyoHand opens wider and its tracker is told the pose that
-the brace holds. The patient's time counts all that is stimulated or waited for: sweep or identification,
-trials, rests before them. A patient who fails counts as one who did not hold.
+three minutes, and iterative learning. MyoHand opens wider, both ways. The patient's time counts all that is
+stimulated or waited for: sweep or identification, trials, rests before them. A patient who fails counts as
+one who did not hold.
 
 The floor of an error is what the chosen elements leave of it in the opened hand, by the responses in the
 sweep (`controllers.identification.elements`).
@@ -34,10 +34,7 @@ SUBJECTS = 100
 COHORT, FIRST_SEED = 42, 4200
 """Pilots were members of cohorts 3, 40 and 41."""
 OTHER_HAND_EVERY = 10
-_OTHER_HAND = ("plant=myohand", "blocks.tracker.initial_angles_deg.F1_cmc_pronation=110",
-               "blocks.tracker.mounting_sd_deg=8")
-"""Settings of a person with MyoHand: the brace turns its thumb to 112 deg, of which a hand may have 110, and
-its straight fingers are turned about themselves, by up to 18 deg."""
+_OTHER_HAND = "plant=myohand"
 _WIDELY_DEG = 8.0
 """Finger flexion to which MyoHand opens, in place of 18 (chosen on pilots: else its thumb leaves too little
 room for the object in five of twelve)."""
@@ -48,10 +45,10 @@ WAYS = {"sweep": "all elements swept, then predictive control that learns",
 _LOST: Kept = {"failed": "", "min": math.nan, "held": [False] * TRIALS, "error": [math.inf] * TRIALS,
                "floor": math.nan}
 _GRASPS = {
-    "sweep": ("sweep_grasp", "grasp_mpc", ("follow=fingers", "channels=model", "control=mpc_memory")),
-    "identify": ("identify_grasp", "grasp_ilc", (f"experiment.trials={TRIALS}",))}
-_ROWS = {"sweep": ("F2_flexion", "F3_flexion", "F4_flexion", "F5_flexion"), "identify": ("finger_flexion",)}
-"""Controlled quantities that open the hand."""
+    "sweep": ("sweep_grasp", "grasp_mpc", ("follow=fingers", "channels=model", "control=mpc_memory"),
+              ("F2_flexion", "F3_flexion", "F4_flexion", "F5_flexion")),
+    "identify": ("identify_grasp", "grasp_ilc", (f"experiment.trials={TRIALS}",), ("finger_flexion",))}
+"""By way: what comes first, the grasp, its settings, and the controlled quantities that open the hand."""
 
 
 def grasp(session: Session, folder: Path) -> Kept:
@@ -61,18 +58,15 @@ def grasp(session: Session, folder: Path) -> Kept:
 
 def _one_way(session: Session, folder: Path, way: str) -> dict[str, Any]:
     """Minutes of the patient's time, and by trial what was held and the error before contact, deg."""
-    first, then, settings = _GRASPS[way]
-    opened: dict[str, float] = {}
-    if _OTHER_HAND[0] in session.patient:
-        rows = _ROWS[way]
-        settings += tuple(f"blocks.reference.phases.1.deg.{row}={_WIDELY_DEG:g}" for row in rows)
-        if way == "sweep":
-            opened = {"opened_deg": _WIDELY_DEG}
+    first, then, settings, opening = _GRASPS[way]
+    other = _OTHER_HAND in session.patient
+    if other:
+        settings += tuple(f"blocks.reference.phases.open.deg.{row}={_WIDELY_DEG:g}" for row in opening)
     try:
         before = session.ran(session.load(first), folder)
         with Recording(before) as recording:
             before_s = _stimulated_s(recording)
-        identified = identifier()(str(before), **opened)
+        identified = identifier()(str(before), opened_deg=_WIDELY_DEG if other and way == "sweep" else None)
         model = folder / f"{before.stem}.toml"
         identified.model.save(model)
         experiment = session.load(then, (f"model={model}", *settings))
@@ -113,7 +107,7 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
 
 
 def _hand(member: int) -> tuple[str, ...]:
-    return _OTHER_HAND if member % OTHER_HAND_EVERY == OTHER_HAND_EVERY - 1 else ()
+    return (_OTHER_HAND,) if member % OTHER_HAND_EVERY == OTHER_HAND_EVERY - 1 else ()
 
 
 def compare(patients: list[Kept]) -> Reproduction:
