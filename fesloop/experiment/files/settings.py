@@ -81,20 +81,24 @@ def named_as_set(fault: InputError, start: str, document: Mapping[str, Any],
                  settings: Sequence[str]) -> InputError:
     """The fault, or all of several, with the setting by an alias that wrote the value at its place.
 
-    `start` is how every place begins: the file's name. `document` has the aliases.
+    `start` is how places begin: with the file's name. `document` has the aliases.
     """
     if isinstance(fault, InputErrors):
         return InputErrors([named_as_set(each, start, document, settings) for each in fault.faults])
-    place = key_parts(fault.where.removeprefix(start).partition(": ")[0])
+    start = start if fault.where.startswith(start) else ""
+    where, colon, rest = fault.where.removeprefix(start).partition(": ")
+    place = key_parts(where)
     for setting in settings:
-        targets = _table(document, "aliases").get(setting.partition("=")[0].strip(), [])
+        key, _, value = setting.partition("=")
+        targets = _table(document, "aliases").get(key.strip(), [])
         for path in map(key_parts, targets if isinstance(targets, list) else [targets]):
             # A fault of a list or of a file is at the key that has it, one of two keys names the other.
             whole = path[:-1] if path[-1].isdecimal() or path[-1] == "file" else path
             beside = place[:-1] == path[:-1] and path[-1] in fault.found.split()
             if place[:len(whole)] == whole or beside:
-                where = f"{fault.where} (--set {setting})"
-                return InputError(where, fault.found, fault.allowed, fault.remedy)
+                given = key if colon and rest.partition(": ")[0] in value else setting  # the file is there
+                return InputError(f"{start}{where} (--set {given}){colon}{rest}", fault.found, fault.allowed,
+                                  fault.remedy)
     return fault
 
 

@@ -67,5 +67,5 @@ def test_the_summary_of_a_sweep_says_what_it_found(tmp_path):
     assert (joint["lowered_by"], joint["raised_by"]) == ([16], [43])
     with Recording(result.recording) as recording:
         said = sentence_of(known_of(recording))
-    assert said.startswith("2 of 2 elements moved an angle by 6 deg or more; the strongest for ")
-    assert f"F3_mcp_flexion +{joint['raised_deg'][0]:.0f} deg (element 43)" in said
+    assert said.startswith("2 of 2 elements moved an angle by 6 deg or more; the strongest, deg (element): ")
+    assert f"F3_mcp_flexion +{joint['raised_deg'][0]:.0f} (43)" in said

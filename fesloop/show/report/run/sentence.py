@@ -187,13 +187,13 @@ def _swept(known: Known) -> Iterator[str]:
                 for word, sign in (("raised", "+"), ("lowered", "-"))]
         ways = [way for way in ways if math.isfinite(way[0]) and way[0] >= RESPONDS_DEG]
         if ways:
-            text = " and ".join(f"{sign}{way:.0f} deg (element {by})" for way, sign, by in ways)
+            text = " and ".join(f"{sign}{way:.0f} ({by})" for way, sign, by in ways)
             strongest.append((max(ways)[0], f"{name} {text}"))
     shown = sorted(strongest, reverse=True)[:_MOST_ANGLES]
     if shown:
         others = len(strongest) - len(shown)
         more = f" ({others} more angles moved less)" if others else ""
-        yield f"the strongest for {', '.join(text for _, text in shown)}{more}"
+        yield f"the strongest, deg (element): {', '.join(text for _, text in shown)}{more}"
 
 
 def played_by(known: Known) -> list[str]:
