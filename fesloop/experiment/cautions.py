@@ -40,7 +40,7 @@ def experiment_cautions(experiment: Experiment, *, blocks: bool = True) -> list[
     """
     wiring, duration_ns = experiment.wiring, experiment.duration_ns
     return [*_unclosed(wiring), *_references(experiment), *_endless(experiment),
-            *_unscored(experiment.score, duration_ns / NS_PER_S),
+            *_unscored(experiment.score, duration_ns),
             *too_old(wiring, duration_ns),
             *cautions_in_place(wiring, duration_ns), *_warnings(experiment, blocks)]
 
@@ -134,15 +134,17 @@ def _endless(experiment: Experiment) -> Iterator[Caution]:
                    f"({limit:g} {unit}), so that {never}")
 
 
-def _unscored(score: Score, trial_s: float) -> Iterator[Caution]:
+def _unscored(score: Score, trial_ns: int) -> Iterator[Caution]:
     """Instants and durations of scores beyond a trial's end."""
     parts = [("score", score), *((f"score.{each.name}", getattr(score, each.name)) for each in fields(score))]
     times = [(f"{where}.{each.name}", getattr(part, each.name)) for where, part in parts if is_dataclass(part)
              for each in fields(part) if _SECONDS.search(each.name)]
-    late = [f"{key} is {time_s:g} s" for key, time_s in times if time_s is not None and time_s > trial_s]
+    late = [f"{key} is {time_s:g} s" for key, time_s in times
+            if time_s is not None and round(time_s * NS_PER_S) > trial_ns]
     if late:
-        yield ("score", "longer_than_trial", f"{', '.join(late)}, and a trial ends at {trial_s:g} s: what "
-               "lies beyond is not scored; lengthen experiment.duration_s, or score earlier")
+        ends = f"{trial_ns / NS_PER_S:g} s"
+        yield ("score", "longer_than_trial", f"{', '.join(late)}, and a trial ends at {ends}: "
+               "what lies beyond is not scored; lengthen experiment.duration_s, or score earlier")
 
 
 def _own_values(part: object, within: str = "") -> Iterator[tuple[str, float]]:

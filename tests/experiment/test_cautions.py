@@ -88,7 +88,7 @@ def test_a_score_beyond_the_trial_is_named_in_one_caution(duration_s, until_s):
              if node == "score"]
     spans = {"score.until_s": until_s, "score.grasp.from_s": 6.2, "score.grasp.until_s": 8.5,
              "score.grasp.starts_s": 4.0}
-    late = [f"{key} is {value:g} s" for key, value in spans.items() if value > duration_s]
+    late = [f"{key} is {value:g} s" for key, value in spans.items() if value > duration_s + 1e-9]
     told = [detail.partition(", and a trial ends")[0] for detail in found]
     assert told == ([", ".join(late)] if late else [])
 
