@@ -91,15 +91,16 @@ def test_a_wrong_file_is_refused_in_one_line(text, told, tmp_path, monkeypatch, 
 
 
 @pytest.mark.parametrize(("given_name", "told"), [
-    ("finger_openin", f"'finger_openin'; allowed: {KNOWN}; did you mean 'finger_opening'?"),
-    ("no.toml", "no.toml: cannot be read: No such file or directory; allowed: a movement's file"),
-    ("zzz", f"'zzz'; allowed: {KNOWN}; or give the path"),
+    ("finger_openin", " (--set movement=finger_openin): 'finger_openin'; allowed: "
+     f"{KNOWN}; did you mean 'finger_opening'?"),
+    ("no.toml", ": no.toml: cannot be read: No such file or directory; allowed: a movement's file"),
+    ("zzz", f" (--set movement=zzz): 'zzz'; allowed: {KNOWN}; or give the path"),
 ])
 def test_an_unknown_name_is_refused_in_one_line(given_name, told, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["check", SEARCH, "--set", f"movement={given_name}"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"fesloop: {SEARCH}: blocks.search.movement: {told}")
+    assert line.startswith(f"fesloop: {SEARCH}: blocks.search.movement{told}")
 
 
 def test_the_file_reaches_search_and_score_and_a_users_experiment_names_it_from_its_folder(thumb, tmp_path):

@@ -92,13 +92,13 @@ def named_as_set(fault: InputError, start: str, document: Mapping[str, Any],
         key, _, value = setting.partition("=")
         targets = _table(document, "aliases").get(key.strip(), [])
         for path in map(key_parts, targets if isinstance(targets, list) else [targets]):
-            # A fault of a list or of a file is at the key that has it, one of two keys names the other.
-            whole = path[:-1] if path[-1].isdecimal() or path[-1] == "file" else path
+            # A fault of a list is at the key that has it, one of two keys names the other.
+            whole = path[:-1] if path[-1].isdecimal() else path
             beside = place[:-1] == path[:-1] and path[-1] in fault.found.split()
-            if place[:len(whole)] == whole or beside:
-                given = key if colon and rest.partition(": ")[0] in value else setting  # the file is there
-                return InputError(f"{start}{where} (--set {given}){colon}{rest}", fault.found, fault.allowed,
-                                  fault.remedy)
+            named = colon and rest.partition(": ")[0] in value  # the file that was set has the fault
+            if (place[:len(whole)] == whole or beside) and not named:
+                return InputError(f"{start}{where} (--set {setting}){colon}{rest}", fault.found,
+                                  fault.allowed, fault.remedy)
     return fault
 
 

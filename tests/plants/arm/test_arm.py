@@ -201,9 +201,9 @@ def test_a_persons_file_is_that_person(tmp_path):
 @pytest.mark.parametrize(("change", "said"), [
     ({"format": "fesloop person 0"}, "is not a person's file"),
     ({"scale_nm": [1.0]}, "has weights without spreads or scale_nm"),
-    ({"weights": {"biceps": {"mean": [1.0], "lower": [1.0]}}}, "person.weights.biceps: 1 numbers"),
+    ({"weights": {"biceps": {"mean": [1.0], "lower": [1.0]}}}, r"person.weights.biceps .*: 1 numbers"),
     ({"weights": {"bicep": {"mean": [1.0], "lower": [1.0]}}}, "'bicep'"),
-    ({"weights": {"biceps": {"mean": [1.0], "lower": []}}}, "lower: 0 numbers"),
+    ({"weights": {"biceps": {"mean": [1.0], "lower": []}}}, r"lower .*: 0 numbers"),
 ])
 def test_refuses_a_spoilt_persons_file(tmp_path, change, said):
     path = tmp_path / "p.json"
