@@ -7,6 +7,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import fesloop
@@ -15,6 +16,8 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.parse import read
 from fesloop.experiment.files.source import shipped
 from fesloop.experiment.files.variants import listed
+from fesloop.hand.movements import FREEDOMS
+from fesloop.loop.block import Context
 from fesloop.models.error_process import ErrorProcess, ErrorSeries
 
 WHOLE_HAND = Path(__file__).parents[1] / "whole_hand.toml"
@@ -130,10 +133,27 @@ def test_a_finger_is_led_through_a_grasp_by_prediction_at_once(plant, tmp_path):
 
 
 @pytest.mark.parametrize("experiment", ["grasp_ilc", "grasp_mpc"])
-def test_myohand_takes_the_hands_place_and_all_else_is_the_same(experiment):
+def test_myohand_takes_the_hands_place_and_all_else_but_its_stated_pose_is_the_same(experiment):
     need("myohand")
     whole, other = (fesloop.load(experiment, [f"plant={plant}"]).document() for plant in ("hand", "myohand"))
     assert other["blocks"]["hand"]["kind"] == "myohand"
+    stated = [tables["blocks"]["tracker"].pop("mounting_sd_deg") for tables in (whole, other)]
+    stated += [tables["blocks"]["tracker"]["initial_angles_deg"].pop("F1_cmc_pronation")
+               for tables in (whole, other)]
+    assert stated == [5.0, 8.0, 100.0, 110.0]
     for tables in (whole, other):
         del tables["blocks"]["hand"], tables["experiment"]["description"]
     assert other == whole
+
+
+@pytest.mark.parametrize("experiment", ["grasp_mpc", "key_mpc"])
+def test_the_tracker_of_myohand_is_told_the_pose_that_its_brace_holds(experiment):
+    """To within 2 deg: a tracked thumb turns by 110 deg at most, MyoHand's by 112."""
+    need("myohand")
+    parts = {node.name: node.part for node in fesloop.load(experiment, ["plant=myohand"]).nodes}
+    hand = parts["hand"]
+    angles = dict(zip(FREEDOMS, np.degrees(hand.read(hand.init(Context("hand")), [])[0]), strict=True))
+    told = parts["tracker"].initial_angles_deg
+    held = [name for name in told if name in hand.splint_deg]
+    assert "F1_cmc_pronation" in held
+    assert max(abs(angles[name] - told[name]) for name in held) < 2.0
