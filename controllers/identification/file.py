@@ -81,8 +81,8 @@ def identify_recording(
             return identify_sweep(recording, sweep, _first(blocks, "safety") or sweep, signal,
                                   _names(blocks, signal), task=task)
         if opened_deg is not None:
-            raise InputError("opened_deg", f"{opened_deg:g}, but {path} has no block of kind 'element_sweep'",
-                             "it after a sweep, which elements are chosen from", "remove it")
+            raise InputError("opened_deg", f"{opened_deg:g}, but {path} is no sweep over elements",
+                             "a recording of sweep_grasp", "leave it out")
         excitation = _known(path, blocks, "excitation", "run identify_grasp, identify_patient or sweep_grasp")
         source = _first(blocks, "safety") or excitation
         signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"

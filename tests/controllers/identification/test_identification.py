@@ -194,3 +194,13 @@ def test_the_command_names_a_recording_of_something_else(tmp_path, capsys):
     result = fesloop.load("finger_mpc", ["experiment.duration_s=1"]).run(tmp_path)
     assert main(["identify", str(result.recording)]) == 2
     assert "no block of kind 'excitation'" in capsys.readouterr().err
+
+
+def test_an_opening_is_asked_for_after_a_sweep_alone(tmp_path, capsys):
+    result = fesloop.load("finger_mpc", ["experiment.duration_s=1"]).run(tmp_path)
+    assert main(["identify", str(result.recording), "--opened-deg", "8"]) == 2
+    assert capsys.readouterr().err.endswith(
+        f"opened_deg: 8, but {result.recording} is no sweep over elements; allowed: a recording of "
+        "sweep_grasp; leave it out\n")
+    assert main(["identify", "any.csv", "--stimulation", "--opened-deg", "8"]) == 2
+    assert "--opened-deg: is for recordings of sweep_grasp" in capsys.readouterr().err
