@@ -156,7 +156,7 @@ def find(kind: str) -> type[Any]:
 
 
 def reinstall(group: str, name: str) -> str:
-    """What to do where the source of an installed package declares an entry point that this one lacks.
+    """Remedy for an entry point that the source of an installed package declares and the package lacks.
 
     An editable installation follows the source's code, but not its entry points. "" for a name that no source
     of a package installed from a folder declares.

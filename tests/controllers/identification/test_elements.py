@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 from scipy.special import ndtr
 
+import fesloop
 from controllers.identification.elements import (
     CHRONAXIE_US,
     GRASP,
@@ -246,6 +247,16 @@ def swept(tmp_path_factory):
     identified = identify_recording(str(found.recording))
     identified.model.save(folder / "own.toml")
     return identified, folder / "own.toml", set(elements)
+
+
+def test_elements_are_chosen_for_the_opening_that_is_asked_for(swept):
+    recording = next(swept[1].parent.glob("sweep_grasp-*.h5"))
+    usual, wider = (identify_recording(str(recording), opened_deg=deg) for deg in (18.0, 8.0))
+    assert usual.report() == swept[0].report()
+    missed = [list(each.report()["missed_deg"]["opened"].values()) for each in (usual, wider)]
+    assert np.linalg.norm(missed[1]) > np.linalg.norm(missed[0]) + 3.0
+    with pytest.raises(InputError, match=r"^opened_deg: 61; allowed: -30 to 60 deg"):
+        fesloop.identify(recording, opened_deg=61.0)
 
 
 def test_a_sweep_gives_a_model_that_a_grasp_takes(swept, tmp_path):
