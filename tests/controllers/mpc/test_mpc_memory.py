@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from controllers.mpc import Mpc
@@ -243,6 +243,7 @@ def test_bad_parameters_are_named(changes, key):
 
 
 @given(st.floats(0.1, 100.0), st.sampled_from(["25", "50", "100"]))
+@example(25.0, "50")
 def test_a_cut_off_beyond_half_the_rate_is_refused(cutoff_hz, rate):
     mpc = Mpc(model=MODEL, current_ma=(40.0,) * 4, horizon=40, memory=Memory(cutoff_hz=cutoff_hz))
     context = Context("control", clock=RateClock.from_rate(rate))
