@@ -83,8 +83,8 @@ held, slipped: at the end it is neither on the table nor gone. Held if it never 
     from its place at the start of the hold, slipped if it was; given_late if it was given during the hold.
 thrown: it moved sideways by more than `THROWN_M_S`.
 dropped: it was neither on the table nor gone for 0.1 s, and is now.
-not_touched: it never was; no part of the hand pressed by more than `contact_n`, and until it was gone it
-    moved neither sideways nor up by more than `TOUCHED_M`.
+not_touched: it never was; no part of the hand pressed by more than `contact_n`, and until it was gone for
+    good it moved neither sideways nor up by more than `TOUCHED_M`.
 on_table, knocked_off: it never was either, but was touched, and at the end it is on the table, or it is not.
 
 On the table: its lowest point is within `RESTING_M` of the table top at that instant, above the top's area.
@@ -229,7 +229,8 @@ def _touched(course: ObjectCourse, rows: NDArray[np.int64], gone: Flags) -> bool
         return True
     if course.pressed is not None and course.pressed[rows].any():
         return True
-    there = rows[:np.flatnonzero(gone[rows])[0]] if gone[rows].any() else rows
+    stays = np.flatnonzero(~gone[rows])  # one that is given above the table falls onto it
+    there = rows[:stays[-1] + 1] if stays.size else rows[:1]
     moved = course.places[there] - course.places[rows[0]]
     return bool((np.linalg.norm(moved[:, :2], axis=1) > TOUCHED_M).any() or (moved[:, 2] > TOUCHED_M).any())
 
