@@ -195,12 +195,12 @@ def _resting(course: ObjectCourse) -> Flags:
         return np.zeros(course.times_s.size, dtype=np.bool_)
     lowered_s = table["lowered_at_s"] if table["lowered_at_s"] >= 0.0 else math.inf
     sunk = np.clip((course.times_s - lowered_s) * table["lowering_m_s"], 0.0, table["lowering_m"])
-    height = course.places[:, 2] - _half_height(thing, course.turned) - (table["height_m"] - sunk)
+    height = course.places[:, 2] - half_height(thing, course.turned) - (table["height_m"] - sunk)
     beside = np.abs(course.places[:, :2] - table["centre_m"]) - table["half_m"]
-    return np.asarray((np.abs(height) <= RESTING_M) & (beside.max(axis=1) <= _longest(thing)))
+    return np.asarray((np.abs(height) <= RESTING_M) & (beside.max(axis=1) <= longest(thing)))
 
 
-def _half_height(thing: Mapping[str, Any], turned: Array) -> Array:
+def half_height(thing: Mapping[str, Any], turned: Array) -> Array:
     """Distance from the object's centre down to its lowest point, (n,), m."""
     half = 5e-4 * np.asarray(thing["size_mm"])
     axes = np.abs(np.stack([quaternion.rotate(turned, axis)[:, 2] for axis in np.eye(3)], axis=1))
@@ -211,14 +211,14 @@ def _half_height(thing: Mapping[str, Any], turned: Array) -> Array:
     return np.asarray(axes @ half)
 
 
-def _longest(thing: Mapping[str, Any] | None) -> float:
+def longest(thing: Mapping[str, Any] | None) -> float:
     """Upper bound of the distance from the object's centre to its farthest point, m."""
     return 0.0 if thing is None else float(5e-4 * np.linalg.norm(thing["size_mm"]))
 
 
 def _gone(course: ObjectCourse, from_hand_m_s: Array) -> Flags:
     """Rows in which the object falls, flies or is out of reach, by its velocity (n, 3) from the hand's."""
-    far = np.linalg.norm(course.places - course.hand, axis=1) > REACH_M + _longest(course.thing)
+    far = np.linalg.norm(course.places - course.hand, axis=1) > REACH_M + longest(course.thing)
     flying = np.linalg.norm(from_hand_m_s[:, :2], axis=1) > THROWN_M_S
     return np.asarray(far | flying | (from_hand_m_s[:, 2] < -FALLING_M_S))
 
