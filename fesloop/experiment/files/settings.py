@@ -8,7 +8,7 @@ and as text where it is no TOML or where the key takes text.
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
@@ -72,9 +72,23 @@ def _paths(document: dict[str, Any], key: str, name: str, variants: Sequence[str
     path = _bounded(key_parts(key), key)
     if len(path) < 2 or path[0] not in _TOP:
         known = [*variants, *aliases, *(f"{top}.KEY" for top in _TOP)]
+        within = list(_ending(document, key))
         raise InputError(f"--set {key}", f"is no key of {name}", ", ".join(known),
+                         f"did you mean {' or '.join(map(repr, within[:3]))}?" if within else
                          did_you_mean(key, [*variants, *aliases]))
     return [path]
+
+
+def _ending(table: Mapping[str, Any], key: str, above: tuple[str, ...] = ()) -> Iterator[str]:
+    """Dotted paths within the tables that may be set, whose last key it is."""
+    for name, value in table.items():
+        path = (*above, name)
+        if path[0] not in _TOP:
+            continue
+        if above and name == key:
+            yield ".".join(path)
+        elif isinstance(value, Mapping):
+            yield from _ending(value, key, path)
 
 
 def named_as_set(fault: InputError, start: str, document: Mapping[str, Any],

@@ -46,6 +46,8 @@ def test_a_setting_lands_where_its_key_points(setting, path, value):
 @pytest.mark.parametrize(("setting", "found"), [
     ("blocks.pidd.kp=1", "did you mean 'pid'"),
     ("recordin=1", "did you mean 'recording'"),
+    ("seed=1", "did you mean 'experiment.seed'?"),
+    ("kp=1", "did you mean 'blocks.pid.kp'?"),
     ("nothing=1", "recording, gains, experiment.KEY"),
     ("wires.7.loss=0", "0 to 1"),
     ("wires.².loss=0", "no '²' there; allowed: 0 to 1"),

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.experiment.metrics.grasp_outcome import _half_height, _longest
+from fesloop.experiment.metrics.grasp_outcome import half_height, longest
 from fesloop.hand import quaternion
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.mug import Mug, inertia_of
@@ -78,10 +78,10 @@ def test_its_lowest_point_and_its_reach_enclose_it(size_mm, turned):
     mug = Mug.of(size_mm)
     points = quaternion.rotate(turned, cloud(mug, 100_000))
     thing = {"shape": "mug", "size_mm": size_mm}
-    depth = float(_half_height(thing, turned[np.newaxis])[0])
+    depth = float(half_height(thing, turned[np.newaxis])[0])
     assert 0.0 <= depth + points[:, 2].min() <= 0.1 * mug.reach
     farthest = np.linalg.norm(points, axis=1).max()
-    assert farthest <= _longest(thing) <= 1.5 * farthest
+    assert farthest <= longest(thing) <= 1.5 * farthest
 
 
 def test_the_plant_has_this_inertia():
