@@ -122,7 +122,7 @@ def remembering(
     between["time_ns"] = NEXT_TRIAL
     for trial in range(trials):
         if trial:
-            state = block.nextone_trial(state, context)
+            state = block.next_trial(state, context)
             rows.append(between)
         length = steps - int(rng.integers(0, 3))
         rows.append(one_trial(block, state, kind, length, rng, context.clock, strength)[0])
@@ -209,7 +209,7 @@ def trials(block: Ilc, kind: np.dtype, count: int, seed: int) -> np.ndarray:
     steps = round(block.duration_s * 50) + 3
     for trial in range(count):
         if trial:
-            state = block.nextone_trial(state, context)
+            state = block.next_trial(state, context)
             rows.append(np.zeros(1, kind))
             rows[-1]["time_ns"] = NEXT_TRIAL
         x, captured, records = np.zeros(len(plant.a)), -1, np.zeros(steps, kind)
