@@ -105,9 +105,9 @@ def _fault(path: tuple[Any, ...], group: list[Any], document: Any, keys_at: Any)
     for key in path:
         found = _below(found, key)
     allowed = dict.fromkeys(text for text in (_allowed(error) for error in group) if text)
-    one_of_list = list(allowed) == [_LIST] and isinstance(found, (int, float, str)) and not isinstance(found, bool)
+    alone = list(allowed) == [_LIST] and type(found) in (int, float, str)
     return InputError(where, f"{_shown(found)} is {_name(found)}" if _is_type(group) else f"{_shown(found)}",
-                      " or ".join(allowed), f"write a list of one as [{_shown(found)}]" if one_of_list else "")
+                      " or ".join(allowed), f"write a list of one as [{_shown(found)}]" if alone else "")
 
 
 def _is_type(group: list[Any]) -> bool:

@@ -698,7 +698,7 @@ class LatencyReport:
         self.not_counted = _not_counted(ways)
 
     def coverage(self, trials: int = 1) -> str:
-        """Sentences on what is not counted and on the samples that the summaries cover; `trials`: of the run."""
+        """Sentences on what is not counted, and on the samples that count; `trials`: of the run."""
         covered_ns = min((path.covered_ns for path in self.paths), default=self.horizon_ns)
         covered, horizon = (f"{time_ns / NS_PER_S:.9g} s" for time_ns in (covered_ns, self.horizon_ns))
         covers = f"Every sample in the {horizon} of a trial counts."
@@ -764,8 +764,8 @@ def _not_counted(ways: Sequence[tuple[Connection, ...]]) -> str:
     if not passing:
         return ""
     steps = ", ".join(f"{name} {1e3 * step_s:.6g} ms" for name, step_s in passing.items() if step_s)
-    return (f"Not counted is the time inside {' and '.join(passing)}: a path ends at a plant's input, and a loop "
-            "through several plants takes longer than its paths together."
+    return (f"Not counted is the time inside {' and '.join(passing)}: a path ends at a plant's input, and a "
+            "loop through several plants takes longer than its paths together."
             + (f" Steps that they declare: {steps}." if steps else ""))
 
 

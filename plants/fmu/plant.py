@@ -350,7 +350,7 @@ class Fmu:
 
     @property
     def own_step_s(self) -> float:
-        """Step of the FMU's default experiment, s; 0 where it has none. A controller's is its sampling period."""
+        """Step of the FMU's default experiment, s; 0 where it has none."""
         return self._setup.description.preferred_step_s
 
     @property

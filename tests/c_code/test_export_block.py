@@ -100,7 +100,7 @@ def test_each_mistake_is_one_line(tmp_path, capsys, monkeypatch, arguments, mess
 
 def test_the_experiments_that_the_page_lists_export_as_they_are():
     page = (Path(__file__).parents[2] / "docs" / "howto" / "export_controller.md").read_text()
-    listed = re.search(r"these export as they are: `controller` of (.*?), and `posture` of `(\w+)`", page, re.S)
+    listed = re.search(r"export as they are: `controller` of (.*?), and `posture` of `(\w+)`", page, re.S)
     assert listed is not None
     names = re.findall(r"`(\w+)`", listed[1])
     assert len(names) == 7

@@ -223,7 +223,8 @@ class Foreign(ImpulseProbe):
 
 def between_plants(controller):
     """A plant and another part in a loop, straight or through a block."""
-    nodes = [Node("finger", Foreign(own_step_s=0.001)), Node("hand", controller), Node("b", Pass(), rate="50")]
+    nodes = [Node("finger", Foreign(own_step_s=0.001)), Node("hand", controller),
+             Node("b", Pass(), rate="50")]
     return LatencyReport(Wiring(nodes, [Wire("finger.y", "hand.u", rate="1000"), Wire("hand.y", "b.u"),
                                         Wire("b.y", "finger.u")]))
 
@@ -234,8 +235,10 @@ def test_time_inside_foreign_plants_between_others_is_said_not_to_be_counted():
     assert len(report.paths) == 2
     assert report.not_counted == (
         "Not counted is the time inside hand and finger: a path ends at a plant's input, and a loop through "
-        "several plants takes longer than its paths together. Steps that they declare: hand 20 ms, finger 1 ms.")
-    assert report.coverage().startswith(report.not_counted) and report.not_counted in str(report)
+        "several plants takes longer than its paths together. Steps that they declare: hand 20 ms, "
+        "finger 1 ms.")
+    assert report.coverage().startswith(report.not_counted)
+    assert report.not_counted in str(report)
     assert "inside finger:" in between_plants(ImpulseProbe()).not_counted
 
 

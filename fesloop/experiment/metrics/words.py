@@ -102,7 +102,7 @@ def definition_text(name: str) -> str:
 
 
 def is_never_negative(path: str) -> bool:
-    """Whether a run's metric at a path, such as "joints.MCP.joint_rmse_deg", is 0 or more by its definition."""
+    """Whether a run's metric, such as "joints.MCP.joint_rmse_deg", is 0 or more by its definition."""
     try:
         return all(each.never_negative for each in definitions_of(path))
     except InputError:

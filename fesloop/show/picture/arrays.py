@@ -235,8 +235,8 @@ def draw_elements(axes: Axes, places: Array, charge: Array | None, highest: floa
         axes.add_patch(Circle((x, y), size, facecolor=_EMPTY if idle else colours[element], edgecolor="0.55",
                               linewidth=0.7, zorder=3))
         dark = not idle and charge is not None and charge[element] > 0.55 * highest
-        axes.text(*numbers[element], f"{element}", ha="center", va="center", fontsize=6.5, zorder=9,
-                  gid=f"element {element}", color="white" if dark else "0.45")
+        axes.text(numbers[element, 0], numbers[element, 1], f"{element}", ha="center", va="center",
+                  fontsize=6.5, zorder=9, gid=f"element {element}", color="white" if dark else "0.45")
 
 
 def draw_motor_points(

@@ -42,8 +42,8 @@ class Cast:
     electrodes: the block with places of elements (`places`) and an output `recruitment`.
     stimulator: what is wired to the electrodes' `elements`.
     muscles: name of the block that puts out `activation`; empty where none does.
-    stimulation: signal that commands the stimulator, or without one the plant that is scored, else any of that
-        port's name; empty where none is.
+    stimulation: signal that commands the stimulator, or without one the plant that is scored, else any of
+        that port's name; empty where none is.
     multiplexing: signal that switches the stimulator's channels; empty where none is.
     rotation: signal of forearm rotation that the electrodes receive; empty where there is none.
     """

@@ -126,8 +126,8 @@ def draw(
     seen = cast.hand is not None or cast.electrodes is not None
     scored = [] if seen or arm else scored_signals(recording)
     if not seen and not arm and not scored:
-        raise InputError(str(recording.path), "has neither hand, electrode arrays nor arm to draw, nor scored "
-                         "signals over time", "a recording with one of these",
+        raise InputError(str(recording.path), "has neither hand, electrode arrays nor arm to draw, nor "
+                         "scored signals over time", "a recording with one of these",
                          f"`fesloop report {recording.path}` draws what else there is")
     if not recording.trials:
         raise InputError(str(recording.path), f"holds no row of any trial (run {recording.status})",

@@ -61,8 +61,9 @@ class KeptMetric:
                 containing = [key for key in known if part in key]
                 raise InputError(f"study.metrics.{self.name}",
                                  f"a run has no metric {'.'.join(self.path[:depth + 1])!r}",
-                                 ", ".join(known), did_you_mean(part, known) or
-                                 (f"did you mean {' or '.join(map(repr, containing[:3]))}?" if containing else ""))
+                                 ", ".join(known), did_you_mean(part, known) or (
+                                     f"did you mean {' or '.join(map(repr, containing[:3]))}?"
+                                     if containing else ""))
             value = value[part]
         if isinstance(value, (list, tuple)):
             numbers = [self._number(item) for item in value]
