@@ -87,6 +87,21 @@ def test_a_result_shows_its_metrics(result):
     assert "joints.MCP.joint_rmse_deg" in Texts(result._repr_html_()).texts
 
 
+def test_a_result_begins_with_what_went_wrong(tmp_path):
+    """As the command does, with the events beside it; a result outlives its file."""
+    settings = {"blocks.safety.width_max_us": 1.0, "experiment.duration_s": 1}
+    result = fesloop.run("finger_control", settings, out=tmp_path)
+    assert result.troubles
+    assert str(result).startswith(result.troubles[0])
+    assert Texts(result._repr_html_()).texts[0] == result.troubles[0]
+    found = {event.status for event in result.events}
+    assert found
+    assert found <= set(str(result).split())
+    result.recording.unlink()
+    assert (result.troubles, result.events) == ((), ())
+    assert "joint_rmse_deg" in str(result)
+
+
 def test_a_study_shows_its_table_and_failures(tmp_path):
     store = write_store(tmp_path / "study.sqlite", {"x<y": [0, 1]}, 2, lambda *about: {"error_deg": 1.0})
     results = load_study(store)

@@ -6,7 +6,7 @@ import gc
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import Any
 
 from fesloop.errors import FesloopError, InputError, RunError
 from fesloop.experiment.metrics.scoring import metrics_of
-from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.experiment.recording.writing import RecordingWriter, TimedBlock, timed
 from fesloop.experiment.specification import ExperimentSpecification
 from fesloop.loop.abilities import Closes, HasStandIn, Seeks, offers
@@ -278,6 +278,24 @@ class Result:
     deadlines: int = 0
     missed_deadlines: int = 0
     realtime: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def events(self) -> Sequence[Event]:
+        """All events of the recording, in order of time; none where its file has gone."""
+        if not self.recording.is_file():
+            return ()
+        with Recording(self.recording) as recording:
+            return tuple(recording.events)
+
+    @property
+    def troubles(self) -> Sequence[str]:
+        """What went wrong, the gravest first, as `fesloop run` says; none where the recording has gone."""
+        from fesloop.experiment.trouble import troubles  # most runs are of studies, which do without
+
+        if not self.recording.is_file():
+            return ()
+        with Recording(self.recording) as recording:
+            return tuple(each.text for each in troubles(recording, self.metrics, self.cause))
 
     def as_table(self) -> dict[str, Any]:
         """Tables that `fesloop run --json` prints; `realtime` only of real time, `cause` of a failure."""

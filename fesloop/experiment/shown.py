@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from fesloop.experiment import registry
+from fesloop.experiment.recording.reading import Event
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
@@ -75,15 +77,16 @@ def recording_tables(recording: Any) -> list[Table]:
         return [Table(f"{title}; closed")]
     trials = recording.trials
     rows = [_signal_row(name, recording.extent(name)) for name in recording.signals]
-    counts: dict[tuple[str, str], int] = {}
-    for event in recording.events:
-        counts[event.where, event.status] = counts.get((event.where, event.status), 0) + 1
     found = [Table(f"{title}, {recording.status}, {trials} trial{'s' * (trials != 1)}",
                    ("signal", "unit", "shape", "rate, Hz", "samples", "length, s"), rows)]
-    if counts:
-        found.append(Table("Events", ("where", "status", "times"),
-                           [(*place, f"{count}") for place, count in counts.items()], folded=True))
-    return found
+    return found + _event_tables(recording.events)
+
+
+def _event_tables(events: Iterable[Event]) -> list[Table]:
+    """Numbers of events by block and status; no table without events."""
+    counts = Counter((event.where, event.status) for event in events)
+    rows = [(*place, f"{count}") for place, count in counts.items()]
+    return [Table("Events", ("where", "status", "times"), rows, folded=True)] if rows else []
 
 
 def _signal_row(name: str, extent: Any) -> tuple[str, ...]:
@@ -95,12 +98,14 @@ def _signal_row(name: str, extent: Any) -> tuple[str, ...]:
 
 
 def result_tables(result: Any) -> list[Table]:
-    """Metrics of a run's result; those that are tables themselves, such as by joint, folded."""
+    """What went wrong in a run, its metrics, and those that are tables themselves (by joint), folded."""
     status = f"{result.status}: {result.cause}" if result.cause else result.status
     rows = list(_metric_rows("", result.metrics))
     whole, parts = [row for row in rows if "." not in row[0]], [row for row in rows if "." in row[0]]
-    tables = [Table(f"{result.experiment}, seed {result.seed}: {status}; {result.recording}", ("metric", ""),
-                    whole)]
+    tables = [Table(each) for each in result.troubles]
+    title = f"{result.experiment}, seed {result.seed}: {status}; {result.recording}"
+    tables.append(Table(title, ("metric", ""), whole))
+    tables += _event_tables(result.events)
     return tables + ([Table("Their parts", ("metric", ""), parts, folded=True)] if parts else [])
 
 

@@ -24,6 +24,9 @@ _LEAST = 12
 """Least number of samples: a filter of second order, forwards and backwards, needs more than nine."""
 _BEYOND_DEG = 30.0
 """Distance beyond a joint's range at which a sign or a zero is wrong, rather than a joint lax (chosen)."""
+_GAP_S, _GAP_STEPS = 0.1, 2.5
+"""Longest distance of two samples, or so many times the usual one: half a period of the quickest movements of
+a hand, so that a straight line is no guess (chosen)."""
 _STOP_S = 0.5
 """Time in which the hand comes to rest behind the last sample (chosen)."""
 _FREEDOMS = hand_tree(HandSize()).freedoms
@@ -85,6 +88,7 @@ class RecordedAngles:
             raise InputError(self.file, f"holds {used.sum()} samples from start_s on, for duration_s",
                              f"{_LEAST} or more")
         times, angles = since[used] - since[used][0], values[used]
+        self._require_samples(since[used])
         self._require_angles(tuple(columns), times, angles)
         rate = (times.size - 1) / float(times[-1])
         if self.lowpass_hz >= 0.5 * rate:
@@ -108,6 +112,14 @@ class RecordedAngles:
                 raise InputError(f"columns.{freedom}", f"{name!r} is not in {self.file}",
                                  ", ".join(names[:40]), did_you_mean(name, names))
         return columns
+
+    def _require_samples(self, since: Array) -> None:
+        """Raise InputError for a gap, across which the movement is not known."""
+        steps = np.diff(since)
+        k, longest = int(steps.argmax()), max(_GAP_S, _GAP_STEPS * float(np.median(steps)))
+        if steps[k] > longest * (1.0 + 1e-6):  # stamps are rounded
+            raise InputError(self.file, f"has no samples for {steps[k]:.4g} s, from {since[k]:.4g} s on",
+                             f"gaps of at most {longest:.3g} s", "use a part with start_s and duration_s")
 
     def _require_angles(self, freedoms: tuple[str, ...], times: Array, angles: Array) -> None:
         """Raise InputError for missing angles, and for those that no hand has."""

@@ -66,7 +66,8 @@ def test_no_marker_covers_the_number_of_an_element():
              if type(patch) is Circle and patch.radius == 2.4}
     assert (len(numbers), len(labels), len(discs)) == (59, 24, 24)
     covered = [(number, mark) for number, box in numbers.items() for mark, other in (labels | discs).items()
-               if min(box.x1, other.x1) - max(box.x0, other.x0) > 3 < min(box.y1, other.y1) - max(box.y0, other.y0)]
+               if min(box.x1, other.x1) - max(box.x0, other.x0) > 3
+               and min(box.y1, other.y1) - max(box.y0, other.y0) > 3]
     assert covered == []
     top = max(patch.get_zorder() for patch in skin.patches)
     assert all(text.get_zorder() > top for text in skin.texts if (text.get_gid() or "").startswith("element"))

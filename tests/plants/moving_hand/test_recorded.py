@@ -193,6 +193,20 @@ def test_faults_of_a_file_of_opensim_name_the_line(tmp_path, before, after, told
         read_courses(str(path), "", 0)
 
 
+@given(first=st.integers(1, 150), lost=st.integers(0, 60))
+def test_a_gap_longer_than_a_straight_line_is_good_for_is_refused(tmp_path_factory, first, lost):
+    times = np.delete(np.arange(300) / HERTZ, slice(first, first + lost))
+    path = tmp_path_factory.mktemp("gap") / "hand.mot"
+    opensim(path, times, course(times)[0])
+    if (lost + 1) / HERTZ > 0.1 + 1e-9:
+        told = (rf"has no samples for {(lost + 1) / HERTZ:.4g} s, from {(first - 1) / HERTZ:.4g} s on; "
+                "allowed: gaps of at most 0.1 s")
+        with pytest.raises(InputError, match=told):
+            RecordedAngles(file=str(path))
+    else:
+        assert RecordedAngles(file=str(path)).times_s.size == 300 - lost
+
+
 def test_missing_samples_and_other_columns_are_told(tmp_path):
     times = np.arange(30) / HERTZ
     angles = course(times)[0]

@@ -131,8 +131,8 @@ def test_a_cell_without_any_value_has_none(tmp_path):
 
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(values=some.lists(some.floats(0.0, 1e3), min_size=2, max_size=6), path=some.sampled_from([
-    "joint_rmse_deg", "joints.MCP.joint_rmse_deg:mean", "split_rmse_deg.tracker?", "charge_uc", "wrist_extension_deg",
-    "not.defined"]))
+    "joint_rmse_deg", "joints.MCP.joint_rmse_deg:mean", "split_rmse_deg.tracker?", "charge_uc",
+    "wrist_extension_deg", "not.defined"]))
 def test_an_interval_ends_at_zero_where_the_metric_cannot_be_negative(tmp_path_factory, values, path):
     """It is Student's, less what no true value can be in: it holds a true value of 0 or more as often."""
     store = tmp_path_factory.mktemp("stores") / "a.sqlite"
