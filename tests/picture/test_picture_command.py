@@ -117,17 +117,17 @@ def test_a_run_without_a_hand_is_drawn_as_time_courses(capsys, tmp_path):
     assert out.endswith("_courses.png\n")
     with Recording(recording) as opened:
         figure, notes = courses_figure(opened, cast_of(opened), 1, np.empty(0, np.int64), 10**9, "")
-        truth = np.degrees(opened.signal("finger.angles", 1).values)
+        angles, activation = (opened.signal(f"finger.{port}", 1) for port in ("angles", "activation"))
+    truth = np.degrees(angles.values)
     assert notes == []
     by_title = {axes.get_title(loc="left"): axes for axes in figure.axes}
-    assert list(by_title) == ["current", "pulse width", "activation of the most active muscles", "joint 1",
-                              "joint 2", "joint 3"]
+    assert list(by_title) == ["current", "pulse width", "activation of the most active muscles", *angles.rows]
     for joint in range(3):
-        lines = {line.get_label(): line.get_ydata() for line in by_title[f"joint {joint + 1}"].lines}
+        lines = {line.get_label(): line.get_ydata() for line in by_title[angles.rows[joint]].lines}
         assert set(lines) == {"truth", "reference"}
         assert np.array_equal(lines["truth"], truth[:len(lines["truth"]), joint])
     names = {line.get_label() for line in by_title["activation of the most active muscles"].lines}
-    assert names <= {f"muscle {number}" for number in range(4)}  # not those of a hand, of which there is none
+    assert {name for name in names if not name.startswith("_")} <= set(activation.rows)  # not those of a hand
 
 
 def test_a_recording_with_nothing_to_draw_names_the_report(capsys, tmp_path):

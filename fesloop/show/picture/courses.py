@@ -207,7 +207,8 @@ def _scored(recording: Recording, trial: int, until_ns: int) -> list[Draw]:
                if score.get(key) in recording.signals}
     courses = {key: (seconds, values.reshape(len(seconds), -1)) for key, (seconds, values) in courses.items()}
     joints = min((values.shape[1] for _, values in courses.values()), default=0)
-    names = score.get("joints") or [f"joint {number + 1}" for number in range(joints)]
+    stated = next((rows for key in courses if (rows := recording.signal(score[key], trial).rows)), ())
+    names = score.get("joints") or stated or [f"joint {number + 1}" for number in range(joints)]
     in_deg = all(recording.units[score[key]] == "rad" for key in courses)
     unit = "deg" if in_deg else recording.units[score["truth"]] if "truth" in courses else ""
 
