@@ -38,6 +38,15 @@ def test_run_prints_one_object_with_the_agreed_keys(capsys, tmp_path):
         assert recording.seed == 9
 
 
+def test_a_run_without_a_score_says_that_nothing_was_scored(capsys, tmp_path):
+    unscored = tmp_path / "unscored.toml"
+    before, _, after = Path(SMALL).read_text().partition("[score]")
+    unscored.write_text(before + after[after.index("[aliases]"):])
+    for experiment, told in ((unscored, True), (SMALL, False)):
+        assert main(["run", str(experiment), "--out", str(tmp_path / "runs")]) == 0
+        assert ("nothing was scored" in capsys.readouterr().err) == told
+
+
 def test_run_without_json_prints_the_recording_alone(capsys, tmp_path):
     code, out, _ = run(capsys, "run", SMALL, "--out", str(tmp_path))
     assert code == 0

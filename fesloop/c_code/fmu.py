@@ -40,6 +40,12 @@ class _Variable(NamedTuple):
     description: str
 
 
+def learns_between_trials(block: str) -> InputError:
+    """Refusal of a block that learns between trials."""
+    return InputError(f"block {block}", "learns between trials, for which an FMU has no call", "format c",
+                      "export it as C")
+
+
 def write_fmu(program: Program, clock: RateClock, target: Path) -> str:
     """Write the FMU of a programme that steps on `clock`; return its GUID, a hash of its contents.
 
@@ -47,12 +53,7 @@ def write_fmu(program: Program, clock: RateClock, target: Path) -> str:
     cannot be written, and without a C compiler; RunError if the compiler fails.
     """
     if program.between:
-        raise InputError(
-            f"block {program.name}",
-            "learns between trials, for which an FMU has no call",
-            "format c",
-            "export it as C",
-        )
+        raise learns_between_trials(program.name)
     compiler = find_compiler()
     if compiler is None:
         raise InputError("format fmu", NO_COMPILER, "one", "install gcc, or export C sources with --format c")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.registry import kind_of, reinstall
+from fesloop.loop.abilities import Delays, offers
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
 from fesloop.models.linear_model import LinearModel
@@ -33,13 +34,7 @@ def program_of(experiment: ExperimentSpecification, block: str) -> Program:
     programme lacks.
     """
     node = _node(experiment, block)
-    exporters: dict[str, EntryPoint] = {entry.name: entry for entry in entry_points(group=GROUP)}
-    kind = kind_of(type(node.part))
-    if kind not in exporters:
-        raise InputError(f"block {block}", f"is of the kind {kind!r}, which is not available in C",
-                         ", ".join(sorted(exporters)),
-                         reinstall(GROUP, kind) or "choose such a block, or such a kind")
-    write: Callable[..., Program] = exporters[kind].load()
+    write: Callable[..., Program] = _exporter(node).load()
     wired = frozenset(end.target.part.inputs[end.target_port].name
                       for end in experiment.wiring.connections if end.target is node)
     context = node.context(experiment.seed, 0)
@@ -48,6 +43,17 @@ def program_of(experiment: ExperimentSpecification, block: str) -> Program:
     axes = (*_angles(experiment, node, program), *_places(experiment, node, program),
             *_channels(experiment, node, program))
     return replace(program, axes=axes, origin=_origin(experiment, node))
+
+
+def _exporter(node: Node) -> EntryPoint:
+    """Entry point of what writes a block's kind; raises InputError for a kind without one."""
+    exporters = {entry.name: entry for entry in entry_points(group=GROUP)}
+    kind = kind_of(type(node.part))
+    if kind not in exporters:
+        raise InputError(f"block {node.name}", f"is of the kind {kind!r}, which is not available in C",
+                         ", ".join(sorted(exporters)),
+                         reinstall(GROUP, kind) or "choose such a block, or such a kind")
+    return exporters[kind]
 
 
 def _origin(experiment: ExperimentSpecification, node: Node) -> str:
@@ -121,6 +127,12 @@ def _node(experiment: ExperimentSpecification, block: str) -> Node:
     return blocks[block]
 
 
+def _acts_later(experiment: ExperimentSpecification, node: Node) -> bool:
+    """Whether outputs of a block follow what it reads in a later trial, as those of learning laws do."""
+    return offers(node.part, Delays) and any(
+        way.later for way in node.part.passages(node.context(experiment.seed, 0)))
+
+
 def export_code(
     experiment: ExperimentSpecification, block: str, form: CodeForm, out: str | Path | None = None
 ) -> tuple[Path, Sequence[Path]]:
@@ -136,22 +148,25 @@ def export_code(
     Raises InputError as `program_of` does, and for a target that exists or cannot be written; RunError if the
     compiler fails.
     """
+    from fesloop.c_code.fmu import learns_between_trials, write_fmu
     from fesloop.c_code.program import write
 
     if form not in ("c", "fmu"):
         raise InputError("--format", f"{form!r} is no format of a block", "c, fmu")
+    node = _node(experiment, block)
+    # The final reason first: a law that C has would be refused as an FMU as well.
+    if form == "fmu" and _exporter(node) and _acts_later(experiment, node):
+        raise learns_between_trials(block)
     program = program_of(experiment, block)
     target = Path("exports", f"{experiment.name}-{block}-{form}") if out is None else Path(out)
     if form == "c":
         return target, write(program, target)
     path = target if target.suffix == ".fmu" else target / f"{block}.fmu"
-    clock = _node(experiment, block).clock
+    clock = node.clock
     if not isinstance(clock, RateClock) or clock.offset_ns:
         raise InputError(f"block {block}", "has no constant rate from 0 s on", "a rate without offset",
                          "give the block one, or export it as C")
     if path.exists():
         raise InputError(f"--out {path}", "exists", "a new file", "name another, or remove it")
-    from fesloop.c_code.fmu import write_fmu
-
     write_fmu(program, clock, path)
     return path, (path,)

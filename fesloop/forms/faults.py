@@ -9,6 +9,7 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.forms.toml import toml_key
 
 _MISSING, _UNKNOWN = "missing", "extra_forbidden"
+_LIST = "a list"
 _ALLOWED = {
     "float_type": "a number",
     "int_type": "an integer",
@@ -16,8 +17,8 @@ _ALLOWED = {
     "bool_type": "true or false",
     "string_type": "text",
     "finite_number": "a finite number",
-    "tuple_type": "a list",
-    "list_type": "a list",
+    "tuple_type": _LIST,
+    "list_type": _LIST,
     "dict_type": "a table",
     "path_type": "text",
     "none_required": "",
@@ -104,8 +105,9 @@ def _fault(path: tuple[Any, ...], group: list[Any], document: Any, keys_at: Any)
     for key in path:
         found = _below(found, key)
     allowed = dict.fromkeys(text for text in (_allowed(error) for error in group) if text)
+    alone = list(allowed) == [_LIST] and type(found) in (int, float, str)
     return InputError(where, f"{_shown(found)} is {_name(found)}" if _is_type(group) else f"{_shown(found)}",
-                      " or ".join(allowed))
+                      " or ".join(allowed), f"write a list of one as [{_shown(found)}]" if alone else "")
 
 
 def _is_type(group: list[Any]) -> bool:

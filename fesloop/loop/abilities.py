@@ -325,6 +325,14 @@ class Ignores(Protocol):
         """Names of these inputs: no other plant is sampled for them."""
 
 
+class KeepsOwnTime(Protocol):
+    """A plant made elsewhere, in which a sample may spend time that no declaration here states."""
+
+    @property
+    def own_step_s(self) -> float:
+        """Step that it declares for itself, such as a sampling period, s; 0 where it declares none."""
+
+
 class Observes(Protocol):
     """An exact plant that evaluates its outputs ahead without being advanced."""
 
@@ -382,7 +390,7 @@ OF_BLOCKS: tuple[type, ...] = (
     *COMMON, HasClock, StepsThrough, ChecksPlace, WarnsInPlace, Delays, LimitsAge, Attaches, AwaitsArrivals,
     Listens, Captures, HasStandIn, Seeks, Guarded, ChecksGuard, Guards, Interlocks, NeedsStillness)
 OF_PLANTS: tuple[type, ...] = (
-    *COMMON, Ignores, Observes, AdvancesThrough, AdvancesSteps, Reports, Glances)
+    *COMMON, Ignores, KeepsOwnTime, Observes, AdvancesThrough, AdvancesSteps, Reports, Glances)
 
 A = TypeVar("A")
 

@@ -19,7 +19,7 @@ from itertools import pairwise, product
 from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fesloop.loop.abilities import Delays, Passage, offers
+from fesloop.loop.abilities import Delays, KeepsOwnTime, Passage, offers
 from fesloop.loop.block import Context
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock
 from fesloop.loop.nodes import Connection, Node
@@ -676,6 +676,11 @@ class LatencyReport:
         traced sample by sample up to the 20,000th at most, and the 100,000th tick of the fastest block (fewer
         where there are many paths); where that is not all of it, its `covered_ns` is earlier.
     through: a node that every path leads to or through; None for all paths.
+
+    Attributes
+    ----------
+    paths: each with its stages.
+    not_counted: sentence on the plants between two others whose own time is in no path; empty without any.
     """
 
     def __init__(self, wiring: Wiring, trial: int = 0, horizon_ns: int | None = None,
@@ -690,9 +695,10 @@ class LatencyReport:
         samples = min(_MOST_TICKS, max(_LEAST_EACH, _MOST_IN_ALL // max(1, len(ways))))
         limits = _Limits(self.horizon_ns, looks_ns, samples)
         self.paths = tuple(PathLatency(path, traffic, limits, known) for path in ways)
+        self.not_counted = _not_counted(ways)
 
     def coverage(self, trials: int = 1) -> str:
-        """Sentence on the samples that the summaries cover; `trials`: of the run."""
+        """Sentences on what is not counted, and on the samples that count; `trials`: of the run."""
         covered_ns = min((path.covered_ns for path in self.paths), default=self.horizon_ns)
         covered, horizon = (f"{time_ns / NS_PER_S:.9g} s" for time_ns in (covered_ns, self.horizon_ns))
         covers = f"Every sample in the {horizon} of a trial counts."
@@ -700,7 +706,8 @@ class LatencyReport:
             covers = (f"Only samples in the first {covered} of a trial of {horizon} count: later ones can "
                       "take longer.")
         drawn = trials > 1 and any(path.drawn for path in self.paths)
-        return f"{covers} What is random is as in the first of {trials} trials." if drawn else covers
+        drawn_as = f"What is random is as in the first of {trials} trials." if drawn else ""
+        return " ".join(filter(None, (self.not_counted, covers, drawn_as)))
 
     def budgets(self) -> list[tuple[str, list[tuple[str, ...]]]]:
         """Title and rows (stage; least, mean, greatest ms) of each path; paths of equal time are merged."""
@@ -747,6 +754,19 @@ class LatencyReport:
             raise KeyError(f"{len(found)} paths from {source} to {target}: "
                            f"{', '.join(p.name for p in found or self.paths)}")
         return found[0]
+
+
+def _not_counted(ways: Sequence[tuple[Connection, ...]]) -> str:
+    """Sentence on plants that pass on what they read in a time of their own, such as a controller's FMU."""
+    ends = [(way[0].source, way[-1].target) for way in ways if way[0].source is not way[-1].target]
+    passing = {node.name: node.part.own_step_s for _, node in ends
+               if offers(node.part, KeepsOwnTime) and any(source is node for source, _ in ends)}
+    if not passing:
+        return ""
+    steps = ", ".join(f"{name} {1e3 * step_s:.6g} ms" for name, step_s in passing.items() if step_s)
+    return (f"Not counted is the time inside {' and '.join(passing)}: a path ends at a plant's input, and a "
+            "loop through several plants takes longer than its paths together."
+            + (f" Steps that they declare: {steps}." if steps else ""))
 
 
 def _stage_rows(path: PathLatency) -> list[tuple[str, ...]]:

@@ -135,6 +135,7 @@ class FmuDescription:
     needs_tool: whether the FMU declares that it needs the program that made it.
     internal_step_s: fixed internal step, 0 if none is declared (FMI 3).
     has_sources: whether the archive contains C sources.
+    preferred_step_s: communication step of its default experiment, 0 if none is declared.
     """
 
     version: int
@@ -150,6 +151,7 @@ class FmuDescription:
     needs_tool: bool
     internal_step_s: float
     has_sources: bool
+    preferred_step_s: float = 0.0
 
 
 def read_description(folder: Path, path: Path, requested: Literal["auto"] | Interface) -> FmuDescription:
@@ -187,7 +189,9 @@ def read_description(folder: Path, path: Path, requested: Literal["auto"] | Inte
         completes_steps=bool(getattr(part, "needsCompletedIntegratorStep", False)),
         saves=bool(part.canGetAndSetFMUstate and part.canSerializeFMUstate),
         once=bool(part.canBeInstantiatedOnlyOncePerProcess), needs_tool=bool(part.needsExecutionTool),
-        internal_step_s=float(getattr(part, "fixedInternalStepSize", None) or 0.0), has_sources=sources)
+        internal_step_s=float(getattr(part, "fixedInternalStepSize", None) or 0.0),
+        has_sources=sources,
+        preferred_step_s=float(getattr(model.defaultExperiment, "stepSize", None) or 0.0))
 
 
 def direct_dependencies(folder: Path, path: Path) -> dict[str, tuple[str, ...]] | None:

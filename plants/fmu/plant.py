@@ -349,6 +349,11 @@ class Fmu:
         return self._grid
 
     @property
+    def own_step_s(self) -> float:
+        """Step of the FMU's default experiment, s; 0 where it has none."""
+        return self._setup.description.preferred_step_s
+
+    @property
     def feedthrough(self) -> bool:
         """False: outputs are those of the last communication point; inputs act from the next step on."""
         return False

@@ -79,7 +79,10 @@ def test_settings_change_the_constants_and_an_fmu_has_its_name(tmp_path):
         ),
         (["export", "finger_control", "--block", "patient", "--format", "c"], "is no block"),
         (["export", "finger_ilc", "--block", "controller", "--format", "c"], "controller.law"),
+        (["export", "finger_ilc", "--block", "controller", "--format", "fmu"],
+         "block controller: learns between trials, for which an FMU has no call; allowed: format c"),
         (["export", "finger_mpc", "--block", "controller", "--format", "fmu"], "controller.adaptation"),
+        (["export", "array_search_gp", "--block", "search", "--format", "fmu"], "not available in C"),
         (["export", "no_such", "--block", "controller", "--format", "c"], "no_such"),
         (["export", "run.h5", "--format", "csv", "--set", "a=1"], "--set: is given with a recording"),
     ],
@@ -93,6 +96,16 @@ def test_each_mistake_is_one_line(tmp_path, capsys, monkeypatch, arguments, mess
     assert message in told
     assert told.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_experiments_that_the_page_lists_export_as_they_are():
+    page = (Path(__file__).parents[2] / "docs" / "howto" / "export_controller.md").read_text()
+    listed = re.search(r"export as they are: `controller` of (.*?), and `posture` of `(\w+)`", page, re.S)
+    assert listed is not None
+    names = re.findall(r"`(\w+)`", listed[1])
+    assert len(names) == 7
+    for name, block in (*((name, "controller") for name in names), (listed[2], "posture")):
+        assert program_of(fesloop.load(name), block).name == block
 
 
 def test_a_full_folder_is_kept(tmp_path, capsys):

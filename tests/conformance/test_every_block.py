@@ -339,7 +339,7 @@ CHECKED_ELSEWHERE = {
     "WarnsInPlace": "tests/controllers/test_delay_in_place.py", "Attaches": "tests/realtime",
     "AwaitsArrivals": "tests/loop/test_arrivals.py", "Listens": "tests/realtime",
     "HasStandIn": "tests/realtime", "Seeks": "tests/realtime", "ChecksGuard": "tests/loop/test_guarding.py",
-    "Guards": "tests/loop/test_guarding.py"}
+    "Guards": "tests/loop/test_guarding.py", "KeepsOwnTime": "tests/loop/test_latency.py"}
 """Protocols that need a loop, a device or another block."""
 
 

@@ -1,6 +1,6 @@
 """latency_report() against an impulse sent through the running loop, to the nanosecond."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import count, takewhile
 
@@ -212,3 +212,38 @@ def test_a_summary_is_of_every_sample_of_the_run(chain, duration_ms):
         return
     assert (total.least_ns, total.most_ns) == (min(every), max(every))
     assert total.mean_ns == sum(every) / len(every)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Foreign(ImpulseProbe):
+    """A plant made elsewhere, such as a controller's FMU."""
+
+    own_step_s: float = 0.0
+
+
+def between_plants(controller):
+    """A plant and another part in a loop, straight or through a block."""
+    nodes = [Node("finger", Foreign(own_step_s=0.001)), Node("hand", controller),
+             Node("b", Pass(), rate="50")]
+    return LatencyReport(Wiring(nodes, [Wire("finger.y", "hand.u", rate="1000"), Wire("hand.y", "b.u"),
+                                        Wire("b.y", "finger.u")]))
+
+
+def test_time_inside_foreign_plants_between_others_is_said_not_to_be_counted():
+    """A loop of two FMUs has two paths, and the waits inside the FMUs are in neither."""
+    report = between_plants(Foreign(own_step_s=0.02))
+    assert len(report.paths) == 2
+    assert report.not_counted == (
+        "Not counted is the time inside hand and finger: a path ends at a plant's input, and a loop through "
+        "several plants takes longer than its paths together. Steps that they declare: hand 20 ms, "
+        "finger 1 ms.")
+    assert report.coverage().startswith(report.not_counted)
+    assert report.not_counted in str(report)
+    assert "inside finger:" in between_plants(ImpulseProbe()).not_counted
+
+
+def test_one_foreign_plant_under_a_block_has_all_of_its_loop_in_the_budget():
+    nodes = [Node("finger", Foreign(own_step_s=0.001)), Node("b", Pass(), rate="50")]
+    report = LatencyReport(Wiring(nodes, [Wire("finger.y", "b.u"), Wire("b.y", "finger.u")]))
+    assert report.paths
+    assert report.not_counted == ""

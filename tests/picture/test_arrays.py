@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Wedge
@@ -52,6 +53,26 @@ def test_motor_points_are_labelled_with_their_recruited_share():
     assert wedge.theta2 - wedge.theta1 == pytest.approx(0.43 * 360.0)
 
 
+def test_no_marker_covers_the_number_of_an_element():
+    """Discs of motor points and their labels, as they are drawn, against the numbers, in pixels."""
+    figure = arrays_figure(Electrodes(), None, 0.0, None, None, NOTHING, "")
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    skin = figure.axes[0]
+    boxes = {text.get_gid(): text.get_window_extent(renderer) for text in skin.texts if text.get_gid()}
+    numbers = {mark: box for mark, box in boxes.items() if mark.startswith("element")}
+    labels = {mark: box for mark, box in boxes.items() if mark.startswith("motor point")}
+    discs = {patch.center: patch.get_window_extent(renderer) for patch in skin.patches
+             if type(patch) is Circle and patch.radius == 2.4}
+    assert (len(numbers), len(labels), len(discs)) == (59, 24, 24)
+    covered = [(number, mark) for number, box in numbers.items() for mark, other in (labels | discs).items()
+               if min(box.x1, other.x1) - max(box.x0, other.x0) > 3
+               and min(box.y1, other.y1) - max(box.y0, other.y0) > 3]
+    assert covered == []
+    top = max(patch.get_zorder() for patch in skin.patches)
+    assert all(text.get_zorder() > top for text in skin.texts if (text.get_gid() or "").startswith("element"))
+
+
 def test_dorsal_and_volar_are_named_over_their_own_elements():
     figure = arrays_figure(Electrodes(), None, 0.0, None, None, NOTHING, "")
     names = {text.get_text(): text.get_position()[0] for text in figure.axes[0].texts}
@@ -64,7 +85,7 @@ def test_dorsal_and_volar_are_named_over_their_own_elements():
 def test_more_charge_is_darker_and_none_is_blank():
     axes = Figure().subplots()
     places = np.array([[20.0 * i, 0.0, 7.0] for i in range(5)])
-    draw_elements(axes, places, 1e-6 * np.arange(5.0), 4e-6)
+    draw_elements(axes, places, 1e-6 * np.arange(5.0), 4e-6, places[:, :2])
     light = [sum(patch.get_facecolor()[:3]) for patch in axes.patches]
     assert light == sorted(light, reverse=True)
     assert len(set(light)) == 5

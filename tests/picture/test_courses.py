@@ -4,12 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib import rcParams
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.skeleton import hand_tree
 from fesloop.show.picture.cast import Cast, Player
-from fesloop.show.picture.courses import courses_figure, draw_height
+from fesloop.show.picture.courses import _digit, courses_figure, draw_height
 from fesloop.show.picture.draw import title_of
 from fesloop.show.picture.hand import head_lines
 
@@ -50,6 +52,18 @@ def test_the_head_of_a_hand_fits_over_it(width_in, lines):
     renderer = FigureCanvasAgg(figure).get_renderer()
     for line, _ in told:
         assert figure.text(0.0, 0.5, line, fontsize=10).get_window_extent(renderer).width <= 200 * width_in
+
+
+def test_lines_of_the_key_are_long_enough_for_their_dashes():
+    """A whole period of dash and dot fits: without the dot, it looks like a solid line."""
+    axes = Figure().add_subplot()
+    courses = np.linspace(0.0, 1.0, 5), np.zeros((5, 23))
+    freedoms = hand_tree(HandSize()).freedoms
+    _digit("F1", "thumb", freedoms, courses, None, axes)
+    legend = axes.get_legend()
+    pronation = next(line for line in axes.lines if line.get_label() == "CMC pronation")
+    period_points = sum(rcParams["lines.dashdot_pattern"]) * pronation.get_linewidth()
+    assert legend.handlelength * legend._fontsize >= period_points
 
 
 def test_of_the_trackers_one_that_has_all_angles_lies_beside_the_truth():

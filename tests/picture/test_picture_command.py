@@ -7,14 +7,18 @@ import sys
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 from matplotlib.image import imread
 
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
-from fesloop.experiment.files.parse import load
+from fesloop.experiment.files.parse import from_document, load
 from fesloop.experiment.playback import Playback
+from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running import run as run_experiment
+from fesloop.show.picture.cast import cast_of
+from fesloop.show.picture.courses import courses_figure
 
 SMALL = str(Path(__file__).resolve().parent.parent / "experiment" / "small.toml")
 
@@ -105,11 +109,33 @@ def test_what_is_not_in_the_recording_is_one_line(capsys, grasp, tmp_path, argum
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_recording_without_a_hand_is_one_line(capsys, tmp_path):
+def test_a_run_without_a_hand_is_drawn_as_time_courses(capsys, tmp_path):
     recording = run_experiment(load(SMALL), tmp_path / "runs").recording
     code, out, err = draw(capsys, recording, "--out", tmp_path / "pictures")
+    assert (code, err) == (0, ["trial 1, counted from 0"])
+    assert out.splitlines() == [str(path) for path in (tmp_path / "pictures").iterdir()]
+    assert out.endswith("_courses.png\n")
+    with Recording(recording) as opened:
+        figure, notes = courses_figure(opened, cast_of(opened), 1, np.empty(0, np.int64), 10**9, "")
+        angles, activation = (opened.signal(f"finger.{port}", 1) for port in ("angles", "activation"))
+    truth = np.degrees(angles.values)
+    assert notes == []
+    by_title = {axes.get_title(loc="left"): axes for axes in figure.axes}
+    assert list(by_title) == ["current", "pulse width", "activation of the most active muscles", *angles.rows]
+    for joint in range(3):
+        lines = {line.get_label(): line.get_ydata() for line in by_title[angles.rows[joint]].lines}
+        assert set(lines) == {"truth", "reference"}
+        assert np.array_equal(lines["truth"], truth[:len(lines["truth"]), joint])
+    names = {line.get_label() for line in by_title["activation of the most active muscles"].lines}
+    assert {name for name in names if not name.startswith("_")} <= set(activation.rows)  # not those of a hand
+
+
+def test_a_recording_with_nothing_to_draw_names_the_report(capsys, tmp_path):
+    document = {key: table for key, table in load(SMALL).document().items() if key != "score"}
+    recording = run_experiment(from_document(document), tmp_path / "runs").recording
+    code, out, err = draw(capsys, recording, "--out", tmp_path / "pictures")
     assert (code, out, len(err)) == (2, "", 1)
-    assert "neither a hand nor electrode arrays" in err[0]
+    assert err[0].endswith(f"`fesloop report {recording}` draws what else there is")
     assert not (tmp_path / "pictures").exists()
 
 

@@ -145,6 +145,7 @@ def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
                      "stages": [_stage(stage) for stage in path.summary()],
                      "lanes": [_stage(lane) for lane in path.by_lane()]}
                     for path in report.paths],
+        "latency_not_counted": report.not_counted,
     }
 
 

@@ -150,6 +150,8 @@ def _summarise(result: Result, recorded: Sequence[Event], scored: str) -> None:
         rows.append(["events", "what they mean: docs/events.md"])
     if result.metrics:
         rows.append(["numbers", "what they are: fesloop explain NAME"])
+    elif result.status == "done":
+        rows.append(["numbers", "none: nothing was scored; a table [score] names what to compare"])
     print_table(result.experiment, ("", ""), rows, sys.stderr)
     for name, reason in reasons_of(result.metrics):
         print(f"{name}: no number: {reason}", file=sys.stderr)

@@ -17,7 +17,7 @@ from fesloop.experiment.files.layout import experiment_table
 from fesloop.experiment.files.patients import patient_of, with_models, with_patient
 from fesloop.experiment.files.settings import Settings, apply_settings, named_as_set, setting_texts
 from fesloop.experiment.files.source import read_experiment
-from fesloop.experiment.files.variants import Picked, pick
+from fesloop.experiment.files.variants import Picked, named_with_options, pick
 from fesloop.experiment.record_spec import Record
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running import Experiment
@@ -181,7 +181,8 @@ def load_picked(experiment: str | Path, settings: Settings = (),
     try:
         return from_document(changed, picked.name), picked
     except InputError as fault:
-        raise named_as_set(fault, f"{picked.name}: ", picked.document, every) from None
+        named = named_with_options(fault, document, picked)
+        raise named_as_set(named, f"{picked.name}: ", picked.document, every) from None
 
 
 def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:

@@ -102,6 +102,35 @@ def listed(document: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         for variant, table in document.get("variants", {}).items()}
 
 
+def named_with_options(fault: InputError, document: Mapping[str, Any], picked: Picked) -> InputError:
+    """The fault, or all of several, with the options that leave out a wire whose port does not exist.
+
+    A wire that suits the block of one option stays when a setting replaces that block by another.
+    """
+    if isinstance(fault, InputErrors):
+        return InputErrors([named_with_options(each, document, picked) for each in fault.faults])
+    _, is_wire, name = fault.where.rpartition(": wire ")
+    if not is_wire or "put port" not in fault.found:
+        return fault
+    ways = []
+    for variant, option in picked.options.items():
+        without = [other for other in picked.variants[variant]["options"]
+                   if other != option and not _has_wire(document, {**picked.options, variant: other}, name)]
+        if without:
+            ways.append(f"the wire is there with {variant}={option}; without it: "
+                        + ", ".join(f"{variant}={other}" for other in without))
+    return InputError(fault.where, fault.found, fault.allowed, "; ".join(ways) or fault.remedy)
+
+
+def _has_wire(document: Mapping[str, Any], options: Mapping[str, str], name: str) -> bool:
+    """Whether an experiment file has a wire with these options of its variants."""
+    try:
+        tables = pick(document, [f"{variant}={option}" for variant, option in options.items()], "").document
+    except InputError:
+        return True  # options that do not go together are no remedy
+    return any(f"{wire.get('from')}->{wire.get('to')}" == name for wire in tables.get("wires", ()))
+
+
 def _key(setting: str) -> str:
     return setting.partition("=")[0].strip()
 

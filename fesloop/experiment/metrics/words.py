@@ -31,6 +31,7 @@ class Definition:
     nan: when there is no number, and why; "" where there always is one.
     shown: headings or labels under which a table prints it, where these are not the name.
     parts: names of its parts, with a definition each.
+    never_negative: whether it is 0 or more by its definition.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Definition:
     nan: str = ""
     shown: tuple[str, ...] = ()
     parts: Mapping[str, str] = field(default_factory=dict)
+    never_negative: bool = False
 
     def as_table(self) -> dict[str, Any]:
         """The definition as `fesloop explain --json` prints it."""
@@ -64,7 +66,7 @@ def groups() -> tuple[Group, ...]:
         Group(title=table["title"], command=table["command"], about=table["about"], definitions=tuple(
             Definition(name=name, command=table["command"], unit=each.get("unit", ""), what=each["is"],
                        nan=each.get("nan", ""), shown=tuple(each.get("shown", ())),
-                       parts=each.get("parts", {}))
+                       parts=each.get("parts", {}), never_negative=each.get("least") == 0)
             for name, each in table["metrics"].items()))
         for table in tables_of(file.read_text("utf-8")).values())
 
@@ -97,6 +99,14 @@ def definition_text(name: str) -> str:
     if found is None:
         return ""
     return " ".join([plain_text(found.what), *(f"{part}: {what}." for part, what in found.parts.items())])
+
+
+def is_never_negative(path: str) -> bool:
+    """Whether a run's metric, such as "joints.MCP.joint_rmse_deg", is 0 or more by its definition."""
+    try:
+        return all(each.never_negative for each in definitions_of(path))
+    except InputError:
+        return False  # a metric of a package that defines none
 
 
 def plain_text(text: str) -> str:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -56,10 +56,13 @@ _WAYS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
 
 
 def placed_labels(
-    points: Mapping[str, Array], texts: Mapping[str, str], radius_mm: float
+    points: Mapping[str, Array], texts: Mapping[str, str], radius_mm: float, taken: Sequence[Array] = ()
 ) -> dict[str, Array]:
-    """Middle (2,) of each point's label, mm, chosen one after the other against points and earlier labels."""
-    obstacles = [_box(place, 2.0 * radius_mm, 2.0 * radius_mm) for place in points.values()]
+    """Middle (2,) of each point's label, mm, chosen one after the other against points and earlier labels.
+
+    `taken`: low and high corner, (2, 2) each, of what else is not to be covered.
+    """
+    obstacles = [*taken, *(_box(place, 2.0 * radius_mm, 2.0 * radius_mm) for place in points.values())]
     spots: dict[str, Array] = {}
     for name, place in points.items():
         wide = _LETTER_MM * len(texts[name])
@@ -70,6 +73,23 @@ def placed_labels(
         spots[name] = options[best]
         obstacles.append(_box(options[best], wide, _HEIGHT_MM))
     return spots
+
+
+def numbers_of(places: Array, points: Mapping[str, Array], radius_mm: float) -> Array:
+    """Middles (elements, 2) of the numbers of elements, mm: below, above or at the middle of each pad.
+
+    The first of these that no point covers counts, or else the one that is covered least.
+    """
+    discs = [_box(place, 2.0 * radius_mm, 2.0 * radius_mm) for place in points.values()]
+    ways = np.array([[0.0, 0.58], [0.0, -0.58], [0.0, 0.0]])
+    options = places[:, np.newaxis, :2] + ways * places[:, 2, np.newaxis, np.newaxis]
+    hidden = [[sum(_overlap(_number_box(spot), disc) for disc in discs) for spot in each] for each in options]
+    found: Array = options[np.arange(len(places)), np.argmin(hidden, axis=1)]
+    return found
+
+
+def _number_box(middle: Array) -> Array:
+    return _box(middle, 2.0 * _LETTER_MM, _HEIGHT_MM)
 
 
 def _box(middle: Array, wide: float, high: float) -> Array:
@@ -137,8 +157,9 @@ def arrays_figure(
     draw_skin(skin, electrodes.radius_mm, places, points)
     if shares is not None:
         draw_channels(skin, places, shares)
-    draw_elements(skin, places, charge, highest)
-    draw_motor_points(skin, points, places, muscles["recruitment"])
+    numbers = numbers_of(places, points, _POINT_MM)
+    draw_elements(skin, places, charge, highest, numbers)
+    draw_motor_points(skin, points, numbers, muscles["recruitment"])
     _channel_key(figure, shares, commands)
     if charge is not None and highest > 0.0:
         _colour_bar(figure, highest)
@@ -204,8 +225,8 @@ def _colours(charge: Array, highest: float) -> Array:
     return np.asarray(colormaps["YlGnBu"](0.08 + 0.82 * np.clip(charge / max(highest, 1e-30), 0.0, 1.0)))
 
 
-def draw_elements(axes: Axes, places: Array, charge: Array | None, highest: float) -> None:
-    """Draw every element as a pad with its number, coloured by its charge if it has any."""
+def draw_elements(axes: Axes, places: Array, charge: Array | None, highest: float, numbers: Array) -> None:
+    """Draw every element as a pad, coloured by its charge if it has any, its number above all markers."""
     from matplotlib.patches import Circle
 
     colours = [_EMPTY] * len(places) if charge is None else list(_colours(charge, highest))
@@ -214,14 +235,17 @@ def draw_elements(axes: Axes, places: Array, charge: Array | None, highest: floa
         axes.add_patch(Circle((x, y), size, facecolor=_EMPTY if idle else colours[element], edgecolor="0.55",
                               linewidth=0.7, zorder=3))
         dark = not idle and charge is not None and charge[element] > 0.55 * highest
-        axes.text(x, y + 0.58 * size, f"{element}", ha="center", va="center", fontsize=6.5, zorder=4,
-                  gid=f"element {element}", color="white" if dark else "0.45")
+        axes.text(numbers[element, 0], numbers[element, 1], f"{element}", ha="center", va="center",
+                  fontsize=6.5, zorder=9, gid=f"element {element}", color="white" if dark else "0.45")
 
 
 def draw_motor_points(
-    axes: Axes, points: dict[str, Array], places: Array, recruitment: Array | None
+    axes: Axes, points: dict[str, Array], numbers: Array, recruitment: Array | None
 ) -> None:
-    """Motor points, each a disc filled by the share of its axons that is recruited."""
+    """Motor points, each a disc filled by the share of its axons that is recruited.
+
+    Labels keep off the `numbers` of elements, middles (elements, 2), mm.
+    """
     from matplotlib.patches import Circle, Wedge
     from matplotlib.patheffects import withStroke
 
@@ -230,7 +254,7 @@ def draw_motor_points(
 
     texts = {name: f"{name} {100.0 * share_of(name):.0f} %" if share_of(name) >= 0.005 else name
              for name in points}
-    spots = placed_labels(points, texts, _POINT_MM)
+    spots = placed_labels(points, texts, _POINT_MM, [_number_box(middle) for middle in numbers])
     for name, (x, y) in points.items():
         share = share_of(name)
         axes.add_patch(Circle((x, y), _POINT_MM, facecolor="white", edgecolor=INK, linewidth=0.9, zorder=6))

@@ -42,7 +42,8 @@ class Cast:
     electrodes: the block with places of elements (`places`) and an output `recruitment`.
     stimulator: what is wired to the electrodes' `elements`.
     muscles: name of the block that puts out `activation`; empty where none does.
-    stimulation: signal that commands the stimulator, else any of that port's name; empty where none is.
+    stimulation: signal that commands the stimulator, or without one the plant that is scored, else any of
+        that port's name; empty where none is.
     multiplexing: signal that switches the stimulator's channels; empty where none is.
     rotation: signal of forearm rotation that the electrodes receive; empty where there is none.
     """
@@ -78,7 +79,8 @@ def cast_of(recording: Described) -> Cast:
     electrodes = arrays[0] if arrays else ""
     stimulator = source_of(recording, f"{electrodes}.elements").partition(".")[0]
     muscles = [signal.partition(".")[0] for signal in signals if signal.endswith(".activation")]
-    stimulation = source_of(recording, f"{stimulator}.stimulation")
+    scored = str(recording.experiment.get("score", {}).get("truth", "")).partition(".")[0]
+    stimulation = source_of(recording, f"{stimulator or scored}.stimulation")
     every = [signal for signal in signals if signal.endswith(".stimulation")]
     return Cast(player(plants[0]) if plants else None,
                 tuple(found for name in trackers if (found := player(name)) is not None),

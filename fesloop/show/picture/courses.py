@@ -29,7 +29,7 @@ from fesloop.show.picture.palette import (
     channel_colour,
     tidy,
 )
-from fesloop.show.picture.signals import curve
+from fesloop.show.picture.signals import Described, curve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,6 +42,8 @@ _MOST_ACTIVE = 7
 _OUT_OF_REACH_MM = 300.0
 """Chosen: longer than a hand. An object that misses its table falls some 100 m in 5 s."""
 _MOTION_COLOURS = {"mcp": BLUE, "pip": GREEN, "dip": ORANGE, "cmc": BLACK, "ip": ORANGE, "wrist": BLUE}
+_SCORED = {"truth": (BLUE, "-", 1.6), "reference": (BLACK, "--", 1.1), "estimate": (ORANGE, "-", 0.7)}
+"""Colour, style and width of the lines of what the score compares, by its key."""
 DIGITS = {"wrist": "wrist", "F1": "F1, thumb", "F2": "F2, index", "F3": "F3, middle", "F4": "F4, ring",
            "F5": "F5, little"}
 """Parts of the hand by the beginning of their joints' names, in words."""
@@ -86,7 +88,8 @@ def _events(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tupl
     hand = cast.hand.name if cast.hand is not None else ""
     courses: list[tuple[str, bool, list[Callable[[Axes, Array, Array], None]]]] = [
         (cast.stimulation, bool(cast.stimulation), [partial(_channels, 0), partial(_channels, 1)]),
-        (f"{cast.muscles}.activation", bool(cast.muscles), [_most_active]),
+        (f"{cast.muscles}.activation", bool(cast.muscles),
+         [partial(_most_active, _muscles(recording, cast, trial))]),
         (f"{hand}.contact_force", cast.hand is not None and cast.stimulation != "", [_contact]),
         (f"{hand}.object_position", getattr(getattr(cast.hand, "part", None), "object", None) is not None,
          [draw_height])]
@@ -125,13 +128,24 @@ def _dashes(channel: int, which: int) -> tuple[float, float]:
     return (1.0, 0.0) if not which or channel == 0 else (6.0 / channel, 2.0)
 
 
-def _most_active(axes: Axes, seconds: Array, values: Array) -> None:
+def _muscles(recording: Recording, cast: Cast, trial: int) -> tuple[str, ...]:
+    """Names of muscles in the order of activation: those of the hand model, or those that a port states."""
+    if cast.hand is not None or cast.electrodes is not None:
+        return MUSCLES
+    name = f"{cast.muscles}.activation"
+    if name not in recording.signals:
+        return ()
+    count = recording.column(name, trial)[1].shape[-1]
+    return recording.signal(name, trial).rows or tuple(f"muscle {number}" for number in range(count))
+
+
+def _most_active(names: tuple[str, ...], axes: Axes, seconds: Array, values: Array) -> None:
     """The muscles that are active most, each named."""
     highest = np.nan_to_num(values).max(axis=0)
     chosen = [int(i) for i in np.argsort(-highest, kind="stable")[:_MOST_ACTIVE] if highest[i] > 0.0]
     for number, i in enumerate(chosen):
         colour = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, BLACK, "0.5")[number]
-        axes.plot(seconds, values[:, i], color=colour, linewidth=1.3, label=MUSCLES[i])
+        axes.plot(seconds, values[:, i], color=colour, linewidth=1.3, label=names[i])
     tidy(axes, y="1", title="activation of the most active muscles")
     axes.set_ylim(bottom=0.0)
     if chosen:
@@ -162,7 +176,7 @@ def draw_height(axes: Axes, seconds: Array, values: Array) -> None:
 def _joints(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tuple[list[Draw], list[str]]:
     """Angles of wrist and digits, and beside them those of the first tracker that has them all."""
     if cast.hand is None:
-        return [], []
+        return _scored(recording, trial, until_ns), []
     name = f"{cast.hand.name}.angles"
     if name not in recording.signals:
         return [], [f"time courses lack {name}: it is not recorded"]
@@ -178,6 +192,38 @@ def _joints(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tupl
     freedoms = hand_tree(cast.hand.hand_size).freedoms
     return [partial(_digit, part, f"{about}{thin if part == 'wrist' else ''}", freedoms, (seconds, values),
                     estimate) for part, about in DIGITS.items()], []
+
+
+def scored_signals(recording: Described) -> list[str]:
+    """Recorded signals that the score compares: truth, reference and estimate, as far as they are there."""
+    score = recording.experiment.get("score", {})
+    return [name for key in _SCORED if (name := score.get(key)) in recording.signals]
+
+
+def _scored(recording: Recording, trial: int, until_ns: int) -> list[Draw]:
+    """What the score compares, one axes a joint: truth, reference dashed, and estimate thin."""
+    score = recording.experiment.get("score", {})
+    courses = {key: curve(recording, score[key], trial, until_ns) for key in _SCORED
+               if score.get(key) in recording.signals}
+    courses = {key: (seconds, values.reshape(len(seconds), -1)) for key, (seconds, values) in courses.items()}
+    joints = min((values.shape[1] for _, values in courses.values()), default=0)
+    stated = next((rows for key in courses if (rows := recording.signal(score[key], trial).rows)), ())
+    names = score.get("joints") or stated or [f"joint {number + 1}" for number in range(joints)]
+    in_deg = all(recording.units[score[key]] == "rad" for key in courses)
+    unit = "deg" if in_deg else recording.units[score["truth"]] if "truth" in courses else ""
+
+    def draw(joint: int, axes: Axes) -> None:
+        for key, (seconds, values) in courses.items():
+            shown = np.degrees(values[:, joint]) if in_deg else values[:, joint]
+            colour, style, width = _SCORED[key]
+            # A noisy estimate lies behind the others.
+            axes.plot(seconds, shown, style, color=colour, linewidth=width, label=key,
+                      zorder=1.5 if key == "estimate" else 2)
+        tidy(axes, y=unit, title=names[joint])
+        if joint == 0:
+            _key(axes, len(_SCORED), 2.6)
+
+    return [partial(draw, joint) for joint in range(joints)]
 
 
 def _digit(
@@ -200,7 +246,7 @@ def _digit(
     tidy(axes, y="deg", title=title)
     mine = np.array([freedom.startswith(part) for freedom in freedoms])
     axes.set_ylim(*_limits(truth[1][:, mine], estimate[1][:, mine] if estimate is not None else None))
-    _key(axes, 5)
+    _key(axes, 5, 2.6)
 
 
 def _limits(truth: Array, estimate: Array | None) -> tuple[float, float]:
@@ -213,6 +259,7 @@ def _limits(truth: Array, estimate: Array | None) -> tuple[float, float]:
     return middle - half, middle + half
 
 
-def _key(axes: Axes, columns: int) -> None:
+def _key(axes: Axes, columns: int, handle: float = 1.4) -> None:
+    """Key above the axes; `handle`: length of its lines, in letters, 2.6 where dashes tell lines apart."""
     axes.legend(frameon=False, fontsize=7, ncols=columns, loc="lower right", bbox_to_anchor=(1.0, 0.97),
-                borderaxespad=0.0, handlelength=1.4, columnspacing=1.0, labelspacing=0.2)
+                borderaxespad=0.0, handlelength=handle, columnspacing=1.0, labelspacing=0.2)

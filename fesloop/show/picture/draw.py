@@ -19,7 +19,7 @@ from fesloop.show.best_trial import best_trial
 from fesloop.show.picture.arm import arm_figure, arm_of
 from fesloop.show.picture.arrays import arrays_figure, stimulation_at
 from fesloop.show.picture.cast import Cast, cast_of
-from fesloop.show.picture.courses import courses_figure
+from fesloop.show.picture.courses import courses_figure, scored_signals
 from fesloop.show.picture.hand import Estimate, hand_figure
 from fesloop.show.picture.posture import Posture, estimated_posture, true_posture
 from fesloop.show.picture.scene import solids_of
@@ -111,42 +111,49 @@ def draw(
 ) -> Drawn:
     """Draw the hand, the arrays at every instant, and time courses, or an arm, as far as they are recorded.
 
+    Without any of them, time courses of what the score compares.
+
     `trial`: which; None: the best (`fesloop.show.best_trial`).
 
     Raises
     ------
-    InputError: for a recording with neither hand nor arrays nor arm or without rows, a trial or an instant
-        that is not in it, and where matplotlib is not installed or a file cannot be written.
+    InputError: for a recording with neither hand, arrays, arm nor scored signals or without rows, a trial or
+        an instant that is not in it, and where matplotlib is not installed or a file cannot be written.
     """
     _require_matplotlib()
     cast = cast_of(recording)
     arm = arm_of(recording)
-    if cast.hand is None and cast.electrodes is None and not arm:
-        raise InputError(str(recording.path), "has neither a hand nor electrode arrays to draw",
-                         "a recording of a plant with a parameter `hand`, of electrodes, or of an arm")
+    seen = cast.hand is not None or cast.electrodes is not None
+    scored = [] if seen or arm else scored_signals(recording)
+    if not seen and not arm and not scored:
+        raise InputError(str(recording.path), "has neither hand, electrode arrays nor arm to draw, nor "
+                         "scored signals over time", "a recording with one of these",
+                         f"`fesloop report {recording.path}` draws what else there is")
     if not recording.trials:
         raise InputError(str(recording.path), f"holds no row of any trial (run {recording.status})",
                          "a recording with something to draw")
     trial = best_trial(recording) if trial is None else trial
     if not 0 <= trial < recording.trials:
         raise InputError(f"--trial {trial}", "is not in the recording", f"0 to {recording.trials - 1}")
-    span = _recorded(recording, cast, arm, trial)
+    nodes = [player.name for player in (cast.hand, cast.electrodes) if player is not None] or [
+        arm or scored[0].partition(".")[0]]
+    span = _recorded(recording, nodes, trial)
     drawn = Drawn(trial=trial)
     _write(folder, lambda: folder.mkdir(parents=True, exist_ok=True))
-    alone = cast.hand is None and cast.electrodes is None
-    at_ns = (requested_instants(at_s, span[1], trial) if alone
-             else _instants(recording, cast, trial, span, at_s, drawn))
+    at_ns = (_instants(recording, cast, trial, span, at_s, drawn) if seen
+             else requested_instants(at_s, span[1], trial))
     drawn.instants_s = [float(now) / NS_PER_S for now in at_ns]
     title = title_of(recording, cast, trial)
     stem = recording.path.stem if recording.trials == 1 else f"{recording.path.stem}_trial{trial}"
     figures: list[tuple[str, Figure]] = []
     if arm:
         figures.append(("arm", arm_figure(recording, arm, trial, at_ns, span[1], title)))
-    if not alone:
+    if seen:
         figure = _hand(recording, cast, trial, at_ns, title, drawn)
         figures += [("hand", figure)] if figure is not None else []
         progress(0.6)
         figures += _arrays(recording, cast, trial, at_ns, title, drawn)
+    if seen or scored:
         courses, notes = courses_figure(recording, cast, trial, at_ns, span[1], title)
         drawn.notes += notes
         figures.append(("courses", courses))
@@ -187,9 +194,8 @@ def title_of(recording: Recording, cast: Cast, trial: int) -> str:
     return ", ".join(parts) + ("" if recording.status == "done" else f" (run {recording.status})")
 
 
-def _recorded(recording: Recording, cast: Cast, arm: str, trial: int) -> tuple[int, int]:
-    """First and last recorded instant of hand and electrodes, or of an arm."""
-    nodes = [player.name for player in (cast.hand, cast.electrodes) if player is not None] or [arm]
+def _recorded(recording: Recording, nodes: Sequence[str], trial: int) -> tuple[int, int]:
+    """First and last recorded instant of nodes."""
     spans = [found for name in recording.signals if name.partition(".")[0] in nodes
              if (found := span_ns(recording, name, trial)) is not None]
     if not spans:

@@ -60,6 +60,7 @@ def faults_of(tmp_path, *changes):
     ("blocks.pid.rate=true", "blocks.pid.rate", "a positive rate"),
     ("blocks.pid.kind=pidd", "blocks.pid.kind", "did you mean 'pid'?"),
     ("blocks.pid.kp.1=big", "blocks.pid.kp[1]", "a number"),
+    ("blocks.pid.kp=0.3", "blocks.pid.kp", "a list; write a list of one as [0.3]"),
     ("blocks.pid.kp=[0.1, 0.2]", "blocks.pid", "one a joint"),
     ("blocks.pid.gain=0.1", "blocks.pid.gain", "kp"),
     ("blocks.pid.recruitment.chronaxie_us=-1", "blocks.pid.recruitment.chronaxie_us", "above 0"),

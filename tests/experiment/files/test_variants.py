@@ -253,6 +253,21 @@ def test_the_schema_has_variants():
         jsonschema.validate(document, schema)
 
 
+def test_a_wire_that_suits_another_option_names_the_options_without_it(capsys):
+    """Another block in the place of MPC: the wire of MPC's preview leads nowhere."""
+    own = 'blocks.controller={kind = "select", rate = "50", indices = [0]}'
+    wire = "wire reference.preview->controller.reference_preview: 'controller' has no input port"
+    for picked in ([], ["control=mpc_memory"]):
+        assert main(["check", "finger_control", "--set", own, *(f"--set={each}" for each in picked)]) == 2
+        printed = next(line for line in capsys.readouterr().err.splitlines() if "reference_preview" in line)
+        option = picked[0].partition("=")[2] if picked else "mpc"
+        assert wire in printed
+        assert f"the wire is there with control={option}; without it: control=pid, control=ilc" in printed
+        assert "did you mean" not in printed
+    assert main(["check", "finger_control", "--set", own, "--set", "control=pid"]) == 2
+    assert "wire reference.preview" not in capsys.readouterr().err  # the remedy removes this fault
+
+
 def test_what_is_picked_is_told_with_it():
     picked = pick(tomllib.loads(SMALL + VARIANTS), ["patient=faster", "pid=3"], "small")
     assert picked.options == {"plant": "finger", "link": "radio", "patient": "faster", "watched": "no"}

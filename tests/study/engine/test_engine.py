@@ -157,14 +157,17 @@ def test_a_run_that_ends_its_worker_each_time_is_failed_and_all_others_are_done(
 
 @pytest.mark.parametrize(("settings", "metrics", "fault"), [
     (["blocks.harmful.deed=raise"], 'e = "joint_rmse_deg"', "base experiment itself fails: ValueError: harm"),
-    ([], 'e = "joint_rmse"', "study.metrics.e: a run has no metric 'joint_rmse'.*mean 'joint_rmse_deg'"),
-    ([], 'e = "joints"', "'joints' is not a number")])
+    ([], 'e = "joint_rmse"',
+     "^tiny: study.metrics.e: a run has no metric 'joint_rmse'.*mean 'joint_rmse_deg'"),
+    ([], 'e = "rmse"', "^tiny: study.metrics.e: a run has no metric 'rmse'.*mean 'joint_rmse_deg' or "),
+    ([], 'e = "joints"', "^tiny: study.metrics.e: 'joints' is not a number")])
 def test_a_base_that_fails_is_named_before_anything_runs(address, tmp_path, settings, metrics, fault):
     name = harmful_experiment(tmp_path)
     study = read_study(write_study(tmp_path, LATENCIES, experiment=name, settings=settings, metrics=metrics))
     with pytest.raises(InputErrors, match=fault) as raised:
         run_study(study, tmp_path, scheduler=address)
     assert len(str(raised.value).splitlines()) == 1
+    assert str(raised.value).count("allowed: ") == 1
     assert load(tmp_path / "tiny").finished == 0
 
 

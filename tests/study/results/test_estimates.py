@@ -3,9 +3,12 @@ import math
 import numpy as np
 import pytest
 import scipy.stats as st
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as some
 from study_stores import write_cells, write_store
 
 from fesloop.analysis.study import load
+from fesloop.analysis.study.results.statistics import mean_interval
 from fesloop.errors import InputError
 
 AXES = {"latency_ms": [0, 20], "controller": ["pid", "mpc"]}
@@ -124,6 +127,23 @@ def test_a_cell_without_any_value_has_none(tmp_path):
     cell = results.cells("error_deg")[0]
     assert (cell.failed, cell.runs, cell.units) == (2, 0, 0)
     assert all(math.isnan(each) for each in (cell.value, cell.sd, cell.low, cell.high))
+
+
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(values=some.lists(some.floats(0.0, 1e3), min_size=2, max_size=6), path=some.sampled_from([
+    "joint_rmse_deg", "joints.MCP.joint_rmse_deg:mean", "split_rmse_deg.tracker?", "charge_uc",
+    "wrist_extension_deg", "not.defined"]))
+def test_an_interval_ends_at_zero_where_the_metric_cannot_be_negative(tmp_path_factory, values, path):
+    """It is Student's, less what no true value can be in: it holds a true value of 0 or more as often."""
+    store = tmp_path_factory.mktemp("stores") / "a.sqlite"
+    study = {"study": {"name": "a", "design": "grid", "metrics": {"e": path}}}
+    results = load(write_store(store, {"latency_ms": [0]}, len(values),
+                               lambda levels, replicate: {"e": values[replicate]}, ("e",), study))
+    (cell,) = results.cells("e", statistic="mean")
+    student = mean_interval(values, 0.95)
+    never_negative = path.split(".")[0] in ("joint_rmse_deg", "joints", "split_rmse_deg", "charge_uc")
+    expected = (max(student[0], 0.0) if never_negative and student[0] < 0.0 else student[0], student[1])
+    assert (cell.low, cell.high) == pytest.approx(expected, nan_ok=True)
 
 
 def test_one_replicate_gives_a_value_and_no_interval(tmp_path):

@@ -107,7 +107,7 @@ class Axis:
                  if there]
         if len(given) != 1:
             yield InputError(given[1] if given else "values", f"is given as well as {given[0]}" if given
-                             else "is missing", "one of values, from and to, options, cohort")
+                             else "is missing or empty", "one of values, from and to, options, cohort")
         if self.key and (self.options or self.cohort):
             yield InputError("key", "is given as well as options or cohort, which set keys of their own",
                              "values, or from and to", "remove it")

@@ -57,10 +57,13 @@ class KeptMetric:
             if self.optional and isinstance(value, Mapping) and part not in value:
                 return None
             if not isinstance(value, Mapping) or part not in value:
-                known = list(value) if isinstance(value, Mapping) else []
+                known = [str(key) for key in value] if isinstance(value, Mapping) else []
+                containing = [key for key in known if part in key]
                 raise InputError(f"study.metrics.{self.name}",
                                  f"a run has no metric {'.'.join(self.path[:depth + 1])!r}",
-                                 ", ".join(map(str, known)), did_you_mean(part, map(str, known)))
+                                 ", ".join(known), did_you_mean(part, known) or (
+                                     f"did you mean {' or '.join(map(repr, containing[:3]))}?"
+                                     if containing else ""))
             value = value[part]
         if isinstance(value, (list, tuple)):
             numbers = [self._number(item) for item in value]

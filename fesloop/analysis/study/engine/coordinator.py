@@ -200,6 +200,9 @@ def _task(study: Study, id: str, cell: Cell) -> list[Task]:
 
 
 def _fault(study: Study, cell: Cell, each: Done) -> InputError:
+    where, _, found = ending(each)[1].partition(": ")
+    if where in (f"study.metrics.{metric.name}" for metric in study.metrics):
+        return InputError(f"{study.name}: {where}", found)  # of the study file, whose experiment is sound
     return in_cell(InputError(cell.experiment, f"the base experiment itself fails: {ending(each)[1]}",
                               "one that runs to its end", "correct it, or the study's settings and metrics"),
                    study, cell)

@@ -86,9 +86,12 @@ def in_words(value: float, low: float, high: float, units: int, sd: float) -> st
 
 def estimates(
     axes: Axes, runs: Frame, sampled: Sequence[str], metric: str, by: Sequence[str],
-    at: Mapping[str, Any], statistic: Statistic | None, confidence: float,
+    at: Mapping[str, Any], statistic: Statistic | None, confidence: float, least: float = -math.inf,
 ) -> list[Estimate]:
     """A metric at every planned combination of levels of the axes `by`, in order of these.
+
+    `least`: the least value that the metric can have by its definition. Intervals end there: what is cut off
+    never holds the true value, so that they cover it as often as before.
 
     Raises InputError for axes or levels that the study does not have, and for a share of other values.
     """
@@ -110,6 +113,7 @@ def estimates(
     for number, first in group.drop_duplicates().sort_values().items():
         units = values.get(first, np.zeros(0))
         low, high = ends(units, confidence)
+        low = max(low, least)  # NaN stays
         with_metric, failed, missing, waiting = (int(count[first]) for count in counts)
         found.append(Estimate(
             levels=levels_of(axes, chosen, [*by, *at], number), statistic=kind, value=middle(units, kind),

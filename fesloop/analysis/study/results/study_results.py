@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -29,6 +30,7 @@ from fesloop.analysis.study.results.runs import (
 )
 from fesloop.analysis.study.store.reading import read_store, store_path
 from fesloop.errors import InputError
+from fesloop.experiment.metrics.words import is_never_negative
 from fesloop.tables import Table, as_html, as_text
 
 
@@ -160,7 +162,7 @@ class StudyResults:
         require_metric(metric, self.metrics)
         named = [axis for axis in self._chosen_axes() if axis not in (at or {})] if by is None else by
         return estimates(self.axes, self.runs, sampled_axes(self.study, self.axes), metric, named, at or {},
-                         statistic, confidence)
+                         statistic, confidence, self._least(metric))
 
     def binned(
         self, metric: str, over: str, edges: Sequence[float], at: Mapping[str, Any] | None = None,
@@ -183,7 +185,12 @@ class StudyResults:
         bins = extra("pandas").cut(runs[over], list(edges), right=False, labels=labels)
         inside = runs.assign(**{over: bins})[bins.notna()].reset_index(drop=True)
         return estimates({**self.axes, over: tuple(labels)}, inside, sampled_axes(self.study, self.axes),
-                         metric, [over], {}, statistic, confidence)
+                         metric, [over], {}, statistic, confidence, self._least(metric))
+
+    def _least(self, metric: str) -> float:
+        """The least value that a metric can have by the definition of what it keeps of a run."""
+        kept = self.study.get("study", {}).get("metrics", {}).get(metric, metric)
+        return 0.0 if is_never_negative(str(kept).partition(":")[0].removesuffix("?")) else -math.inf
 
     def _chosen_axes(self) -> list[str]:
         """Axes whose levels are cells of their own: all but cohorts."""
