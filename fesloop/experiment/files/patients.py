@@ -151,6 +151,12 @@ def describe(choice: Mapping[str, Any]) -> str:
     return f"{text}, errors x {choice['error_scale']:g}" if "error_scale" in choice else text
 
 
+def identity(choice: Mapping[str, Any] | None) -> dict[str, str]:
+    """`patient` in words and `patient_fingerprint` of a table [patient], whatever the day; "" without one."""
+    return {"patient": describe(_without_occasion(choice)) if choice else "",
+            "patient_fingerprint": patient_fingerprint(choice) if choice else ""}
+
+
 def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool = True) -> dict[str, Any]:
     """Replace the names of model files in a document by the models.
 
@@ -224,6 +230,8 @@ def _with_model(where: str, table: Mapping[str, Any], document: dict[str, Any], 
         elif isinstance(hint, ReadsFile) and _is_file(value):
             try:
                 made[key] = hint.file_tables(Path(value["file"]))
+                if patient_known and "patient" in made[key]:
+                    _require_patient(f"{where}.{key}", value, made[key], document, notes)
             except InputError as fault:
                 raise fault.within(f"{where}.{key}") from None
         elif LinearModel in get_args(hint) and isinstance(value, list):
@@ -265,6 +273,24 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     table.setdefault("current_ma", list(model.current_ma))
     found: dict[str, Any] = plain(model.model)
     return found
+
+
+def _require_patient(where: str, value: Mapping[str, Any], of: Mapping[str, str],
+                     document: Mapping[str, Any], notes: list[str]) -> None:
+    """Raise InputError where a file is `of` another patient than the document; with `any_patient`, note it."""
+    own, path = identity(document.get("patient")), value["file"]
+    marks = of["patient_fingerprint"], own["patient_fingerprint"]
+    if marks[0] == marks[1] if all(marks) else of["patient"] == own["patient"]:
+        return
+    whose, here = of["patient"] or "a plant without a patient", own["patient"] or "a plant without a patient"
+    if value.get("any_patient"):
+        notes.append(f"{where.removeprefix('blocks.')} is of another person: of {whose}, and this is {here} "
+                     "(any_patient = true)")
+        return
+    changed = " before its file changed" if whose == here else ""
+    raise InputError(f"{path}: patient", f"the recording is of {whose}{changed}",
+                     f"{here}, as this experiment has, on any day",
+                     "record this one, or say --set any_patient=true")
 
 
 def _day(day: str) -> str:
