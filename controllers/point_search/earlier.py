@@ -40,8 +40,8 @@ class EarlierSearch:
     movement: what was searched for (`fesloop.hand.movements.movement_text`); empty without a search.
     responses: in the order of the queries.
     source: recording that it was read from.
-    patient: who was searched, whatever the day, in words (`fesloop.experiment.files.patients.describe`); empty
-        without a patient.
+    patient: who was searched, whatever the day, in words (`fesloop.experiment.files.patients.describe`);
+        empty without a patient.
     patient_fingerprint: SHA-256 of that patient (`fesloop.experiment.files.patients.patient_fingerprint`);
         empty where that is not known.
     layouts: arrays of which it searched the elements; None: the usual ones.

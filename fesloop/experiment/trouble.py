@@ -101,8 +101,8 @@ contradicts the initial pose that a tracker was given, or its gyroscopes missed 
 no channel gave a pulse, or the safety block took stimulation away, or most of it. failed: a part failed,
 such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
-turning. not_held: the object, in the last trial, or the person's attempts were not answered. no_better:
-joints followed worse than had they not moved. rose: the last trial's error is more than a tenth above the
+turning. not_held: the object was not held in the last trial, or the person's attempts were not answered.
+no_better: joints followed worse than had they not moved. rose: the last trial's error is more than a tenth above the
 first one's, or twice the least and a degree above it, where the trials are `comparable`.
 """
 
@@ -347,14 +347,32 @@ def _unanswered(metrics: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _not_held(metrics: Mapping[str, Any]) -> Iterator[str]:
-    """Text on the last trial, if its object was not held."""
+    """Text on how often the object was held, and why not, if the last trial did not hold it."""
     held = metrics.get("held")
     if not isinstance(held, list) or not held or held[-1] is not False:
         return
-    outcomes = metrics.get("object_outcome") or [""]
-    why = f": {OUTCOMES[outcomes[-1]]}" if outcomes[-1] in OUTCOMES else ""
-    which = f" in the last of {len(held)} trials" if len(held) > 1 else ""
-    yield f"the object was not held{which}{why}"
+    outcomes = metrics.get("object_outcome") or []
+    reasons: dict[str, list[int]] = {}
+    for trial, (each, outcome) in enumerate(zip(held, outcomes, strict=False)):
+        if each is False and outcome in OUTCOMES:
+            reasons.setdefault(OUTCOMES[outcome], []).append(trial)
+    lost = held.count(False)
+    alike = len(reasons) == 1 and len(next(iter(reasons.values()))) == lost
+    why = "; ".join(text if alike else f"{text} ({_trials(trials)})" for text, trials in reasons.items())
+    if len(held) == 1:
+        how = "not held"
+    else:
+        how = f"held in {held.count(True) or 'none'} of {len(held)} trials"
+        how += f" (unknown for {held.count(None)})" if None in held else ""
+        how += ", not in the last" if any(held) else ""
+    yield f"the object was {how}{': ' if why else ''}{why}"
+
+
+def _trials(numbers: Sequence[int]) -> str:
+    """Trials in words: trial 2, or trials 0, 2 and 3."""
+    if len(numbers) == 1:
+        return f"trial {numbers[0]}"
+    return f"trials {', '.join(map(str, numbers[:-1]))} and {numbers[-1]}"
 
 
 def _no_better(metrics: Mapping[str, Any]) -> Iterator[str]:

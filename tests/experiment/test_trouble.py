@@ -119,6 +119,35 @@ def test_the_summary_begins_with_the_most_important(settings, first, tmp_path, c
     assert capsys.readouterr().err.startswith(first)
 
 
+FATES = st.sampled_from(["held", "dropped", "not_given", "not_touched", "incomplete"])
+
+
+@given(st.lists(FATES, min_size=1, max_size=5))
+def test_failure_is_counted_over_all_trials_with_the_reason_of_each(fates):
+    known = {"held": True, "incomplete": None}
+    metrics = {"held": [known.get(fate, False) for fate in fates], "object_outcome": fates}
+    texts = [each.text for each in troubles(Told([(1.0, 1.0, 1.0)] * len(fates)), metrics)
+             if each.kind == "not_held"]
+    lost = {fate for fate in fates if fate not in known}
+    assert len(texts) == (fates[-1] in lost)
+    for text in texts:
+        count = fates.count("held")
+        assert (f"held in {count or 'none'} of {len(fates)} trials" in text) == (len(fates) > 1)
+        assert {fate for fate in OUTCOMES if OUTCOMES[fate] in text} == lost
+        for fate in lost if len(lost) > 1 else ():
+            which = text.split(f"{OUTCOMES[fate]} (trial")[1].split(")")[0]
+            assert [int(each) for each in re.findall("[0-9]+", which)] == [
+                trial for trial, each in enumerate(fates) if each == fate]
+
+
+def test_an_object_that_was_never_held_is_said_so_once():
+    fates = ["not_given", "dropped", "not_given"]
+    metrics = {"held": [False] * 3, "object_outcome": fates}
+    assert [each.text for each in troubles(Told([(1.0, 1.0, 1.0)] * 3), metrics)] == [
+        "the object was held in none of 3 trials: it was never given: the hand left no room for it "
+        "(trials 0 and 2); it was in the hand and fell (trial 1)"]
+
+
 class Told:
     """A recording of a safety block between a controller and a stimulator, one row each 100 ms."""
 

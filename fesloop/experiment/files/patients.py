@@ -277,7 +277,7 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
 
 def _require_patient(where: str, value: Mapping[str, Any], of: Mapping[str, str],
                      document: Mapping[str, Any], notes: list[str]) -> None:
-    """Raise InputError where a file is `of` another patient than the document; with `any_patient`, note it."""
+    """Raise InputError where a file is `of` another patient than the document's; `any_patient` notes it."""
     own, path = identity(document.get("patient")), value["file"]
     marks = of["patient_fingerprint"], own["patient_fingerprint"]
     if marks[0] == marks[1] if all(marks) else of["patient"] == own["patient"]:

@@ -206,7 +206,8 @@ def test_a_search_begins_with_the_recording_of_another(tmp_path):
 def searched(tmp_path_factory):
     """Recording of a search of member 0 of cohort 1 of sci_c6, on day 1."""
     pytest.importorskip("sklearn")
-    return load("array_search_gp", ["duration_s=9", "tracker=ideal"]).run(tmp_path_factory.mktemp("a")).recording
+    folder = tmp_path_factory.mktemp("searched")
+    return load("array_search_gp", ["duration_s=9", "tracker=ideal"]).run(folder).recording
 
 
 @pytest.mark.parametrize(("other", "here"), [
@@ -221,9 +222,10 @@ def test_an_earlier_search_of_another_person_is_refused_unless_asked_for(searche
     for command in (["check"], ["run", "--out", "made"]):
         assert main([*command, "array_search_gp", *words]) == 2
         (line,) = capsys.readouterr().err.splitlines()
-        assert line == (f"fesloop: array_search_gp with tracker=ideal: blocks.search.earlier: {searched}: patient: "
-                        "the recording is of sci_c6, member 0 of cohort 1; allowed: " + here + ", as this experiment has, on any day; "
-                        "record this one, or say --set any_patient=true")
+        assert line == (
+            f"fesloop: array_search_gp with tracker=ideal: blocks.search.earlier: {searched}: patient: the "
+            f"recording is of sci_c6, member 0 of cohort 1; allowed: {here}, as this experiment has, on any "
+            "day; record this one, or say --set any_patient=true")
     asked = load("array_search_gp", [*settings, "any_patient=true"])
     search = next(node.part for node in asked.nodes if node.name == "search")
     assert search.earlier.responses

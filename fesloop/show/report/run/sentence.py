@@ -30,7 +30,7 @@ def sentence_of(known: Known) -> str:
         return f"{before}nothing." if before else "Nothing was recorded."
     found = troubles(known.recording, known.metrics)
     wrong = [each for each in found if each.kind not in _SAID]
-    repeated = len(known.metrics.get("held") or ()) == 1 and any(each.kind == "not_held" for each in wrong)
+    repeated = (known.metrics.get("held") or [None])[-1] is False  # a trouble, which says how often it was
     findings = list(_findings(known, grasp=not repeated, compared=comparable(found)))
     if not findings and not repeated:
         findings = [f"{counted(known.begun, 'trial')} recorded; nothing was scored"]
