@@ -60,6 +60,8 @@ _ABOVE_LEAST, _ABOVE_LEAST_DEG = 2.0, 1.0
 by chance, too: where muscles vary by 30 % from trial to trial, the last is often half as large again."""
 _FEEDBACK = ("learning corrects what trials have in common; muscles that vary between them are corrected "
              "within a trial, by predictive control (block `mpc`, as in grasp_mpc)")
+_SLOWER = ("the model is wrong, or drives are at their limits: identify the patient again, learn less from each "
+           "trial (`memory.share`), or learn nothing (control=mpc)")
 
 
 class Recorded(Rows, Protocol):
@@ -80,10 +82,17 @@ class Recorded(Rows, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A trouble of a run: its kind, of `KINDS`, and half a sentence."""
+    """A trouble of a run.
+
+    Attributes
+    ----------
+    kind: of `KINDS`. text: half a sentence.
+    alike: whether all trials have it alike, so that it does not keep them from being compared.
+    """
 
     kind: str
     text: str
+    alike: bool = False
 
     @property
     def sentence(self) -> str:
@@ -113,17 +122,19 @@ def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -
              _safety(recording, metrics), _failures(recording),
              (*_notes(recording), *_other_axis(metrics)), (*_unanswered(metrics), *_not_held(metrics)),
              _no_better(metrics), _rose(recording, metrics))
-    every = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
+    every = [each if isinstance(each, Trouble) else Trouble(kind, each)
+             for kind, several in zip(KINDS, found, strict=True) for each in several]
     return every if comparable(every) else [each for each in every if each.kind != "rose"]
 
 
 def comparable(found: Iterable[Trouble]) -> bool:
     """Return whether the trials of a run were alike, so that their errors can be compared.
 
-    Not so where stimulation was withheld in some, a part failed, a tracker began with a wrong pose, or the
-    recording played is not sound.
+    Not so where stimulation was withheld in some, a part failed, a tracker lost its pose in some and not in
+    others, or the recording played is not sound.
     """
-    return not any(each.kind in ("recording", "pose", "safety", "failed") for each in found)
+    return not any(each.kind in ("recording", "pose", "safety", "failed") and not each.alike
+                   for each in found)
 
 
 def graveness(status: str) -> int:
@@ -155,7 +166,7 @@ def _recording(recording: Recorded) -> Iterator[str]:
                 for where, event in wrong.items())
 
 
-def _pose(recording: Recorded) -> Iterator[str]:
+def _pose(recording: Recorded) -> Iterator[Trouble]:
     """Trackers that were given a wrong initial pose, or have lost it, each once."""
     wrong: dict[str, list[Event]] = {}
     for event in recording.events:
@@ -164,7 +175,8 @@ def _pose(recording: Recorded) -> Iterator[str]:
     for where, events in wrong.items():
         first, trials = events[0], len({event.trial for event in events})
         which = f" and in {trials} of {recording.trials} trials" if trials > 1 else ""
-        yield f"the angles of `{where}` are not to be trusted{_when(recording, first)}{which}: {first.detail}"
+        yield Trouble("pose", f"the angles of `{where}` are not to be trusted{_when(recording, first)}{which}: "
+                      f"{first.detail}", alike=trials == recording.trials)
 
 
 def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
@@ -395,10 +407,12 @@ def _rose(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
     first, last = errors[0], errors[-1]
     best = min((trial for trial, error in enumerate(errors) if _finite(error)), key=errors.__getitem__)
     learns = any(_of_kind(recording, kind) for kind in _LEARNERS)
-    remedy = f": {_FEEDBACK}" if learns else ""
+    remembers = any(isinstance(table, dict) and isinstance(table.get("memory"), dict)
+                    for table in recording.experiment.get("blocks", {}).values())
+    remedy = f": {_FEEDBACK}" if learns else f": {_SLOWER}" if remembers else ""
     if _finite(first) and last > _ROSE * first:
         yield (f"the tracking error rose from {first:.3g} deg RMS in the first of {len(errors)} trials "
-               f"to {last:.3g} deg in the last{remedy}")
+               f"to {last:.3g} deg in the last, and was least in trial {best}, {errors[best]:.3g} deg{remedy}")
     elif last > max(_ABOVE_LEAST * errors[best], errors[best] + _ABOVE_LEAST_DEG):
         yield (f"the tracking error is {last:.3g} deg RMS in the last of {len(errors)} trials, and was "
                f"{errors[best]:.3g} deg in trial {best}{remedy}")

@@ -289,4 +289,20 @@ def test_a_last_trial_that_is_worse_than_the_best_is_named_with_a_remedy(errors,
     assert len(found) == bool(told)
     for each in found:
         assert told in each.text
+        assert f"trial {errors.index(np.nanmin(errors))}" in each.text
         assert each.text.endswith("(block `mpc`, as in grasp_mpc)") == learns
+
+
+@given(st.lists(st.floats(1.0, 30.0), min_size=2, max_size=5), st.data())
+def test_learning_that_makes_it_worse_is_told_where_the_tracker_is_as_wrong_in_each_trial(errors, data):
+    lost = data.draw(st.sets(st.integers(0, len(errors) - 1), min_size=1))
+    recording = Told([(1.0, 1.0, 1.0)] * len(errors),
+                     [event(1.3, "tracker", "rates_beyond_range", trial) for trial in sorted(lost)])
+    recording.experiment["blocks"]["controller"]["memory"] = {"share": 0.5}
+    texts = [each.text for each in troubles(recording, {"joint_rmse_deg": errors}) if each.kind == "rose"]
+    alike = len(lost) == len(errors)
+    if errors[-1] > max(1.25 * errors[0], errors[0] + 1.0):
+        assert len(texts) == alike
+    for text in texts:
+        assert f"trial {int(np.argmin(errors))}" in text
+        assert "learn less from each trial (`memory.share`)" in text
