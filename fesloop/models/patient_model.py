@@ -39,6 +39,9 @@ has more in the free run of some output, and 59 and more in the recruitment of e
 member 4 of cohort 1, has less in the free run of two of three outputs."""
 FREE_RUN, HALF_SECOND, RECRUITMENT = "free_run", "half_second", "recruitment"
 """Kinds of fit that judge a model: by output on held-out data, and by channel."""
+FAR_DEG = 8.0
+"""Error in a posture that is reported (chosen: a hand that opens as little cannot be given its object)."""
+_MOST_NAMED = 3
 _DAY = ", day "
 """Separator of a patient's name and its day."""
 _SHIPPED = Path(__file__).parent / "shipped"
@@ -59,6 +62,7 @@ _TABLE: Any = closed("PatientModel", {
         "drive": Required[list[float]], "outputs": Required[list[float]]})],
     "fit": Required[dict[str, dict[str, Annotated[float, Field(allow_inf_nan=True)]]]],
     "closing": NotRequired[list[int]], "grasping": NotRequired[list[int]],
+    "missed_deg": NotRequired[dict[str, dict[str, float]]],
 })
 _FORM = TypeAdapter(_TABLE)
 
@@ -86,6 +90,8 @@ class PatientModel:
         curves, by channel ("channel 0"); under `sweep` that of what it was fitted to.
     closing, grasping: channels that close the hand, and all but those that move the wrist alone; empty where
         the channels were given.
+    missed_deg: angle that the chosen elements leave of each posture, by output; empty where the channels were
+        given.
     """
 
     patient: str
@@ -102,6 +108,7 @@ class PatientModel:
     arrays: str = ""
     closing: tuple[int, ...] = ()
     grasping: tuple[int, ...] = ()
+    missed_deg: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         model, channels = self.model, len(self.current_ma)
@@ -136,6 +143,18 @@ class PatientModel:
                       for name, fit in sorted(weak, key=lambda row: np.nan_to_num(row[1], nan=-np.inf))]
         return found
 
+    def misses(self) -> list[tuple[float, str, str]]:
+        """Postures that the chosen elements miss by more than `FAR_DEG`: deg, output, posture, in order."""
+        return [(abs(deg), output, posture) for posture, row in self.missed_deg.items()
+                for output, deg in row.items() if abs(deg) > FAR_DEG]
+
+    def missed_in_words(self) -> str:
+        """`misses` in words, the farthest first; empty without any."""
+        far = sorted(self.misses(), reverse=True)
+        named = ", ".join(f"{output} {deg:.0f} deg from the {posture} hand"
+                          for deg, output, posture in far[:_MOST_NAMED])
+        return named + (f", and {len(far) - _MOST_NAMED} more" if len(far) > _MOST_NAMED else "")
+
     @property
     def usable(self) -> bool:
         """True if controllers take it by default.
@@ -165,7 +184,9 @@ class PatientModel:
             "dynamics": {name: plain(getattr(model, name)) for name in ("a", "b", "c", "offset")},
             "operating": {"drive": plain(self.operating_drive), "outputs": plain(self.operating_outputs)},
             "fit": {kind: dict(row) for kind, row in self.fit.items()},
-            **{key: list(getattr(self, key)) for key in ("closing", "grasping") if getattr(self, key)}}
+            **{key: list(getattr(self, key)) for key in ("closing", "grasping") if getattr(self, key)},
+            **({"missed_deg": {posture: dict(row) for posture, row in self.missed_deg.items()}}
+               if self.missed_deg else {})}
 
     def save(self, path: Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
@@ -235,7 +256,8 @@ def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
             model=model, fit=table["fit"], operating_drive=np.array(table["operating"]["drive"]),
             operating_outputs=np.array(table["operating"]["outputs"]),
             patient_fingerprint=table.get("patient_fingerprint", ""), arrays=table.get("arrays", ""),
-            closing=tuple(table.get("closing", ())), grasping=tuple(table.get("grasping", ())))
+            closing=tuple(table.get("closing", ())), grasping=tuple(table.get("grasping", ())),
+            missed_deg=table.get("missed_deg", {}))
     except InputError as fault:
         raise InputError(f"{path}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
 

@@ -260,6 +260,8 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     if poor:
         much = "little" if model.usable else "too little to control by"
         notes.append(f"{name} explains {much}: {'; '.join(poor)}")
+    if missed := model.missed_in_words():
+        notes.append(f"{name} predicts that its elements leave {missed}: expect errors there")
     day = str(document.get("patient", {}).get("day", ""))
     if "patient" in required and model.day != day:
         notes.append(f"{name} was identified on {_day(model.day)}, and this is {_day(day)}: electrodes, "

@@ -281,7 +281,7 @@ def test_a_sweep_gives_a_model_that_a_grasp_takes(swept, tmp_path):
 def test_a_posture_that_no_element_reaches_is_said(swept):
     identified, *_ = swept
     far = {f"{name} nearer than {abs(value):.0f} deg to the {posture.name} hand"
-           for posture, row in zip(identified.task, identified.choice.missed_deg, strict=True)
+           for posture, row in zip(GRASP, identified.choice.missed_deg, strict=True)
            for name, value in zip(OUTPUTS, row, strict=True) if abs(value) > 8.0}
     assert far
     told = {doubt.removeprefix("no elements bring ").partition(":")[0] for doubt in identified.doubts()}

@@ -4,6 +4,8 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document
@@ -86,6 +88,22 @@ def test_a_model_of_another_day_is_taken_with_a_caution(tmp_path, model_day, day
     assert [told in note for note in notes] == ([True] if told else [])
     anyone = controlled({**model, "any_patient": True})
     assert not from_document({**anyone, "patient": {**who, **day}}).notes
+
+
+@given(st.lists(st.floats(-40.0, 40.0), min_size=6, max_size=6))
+def test_what_a_model_says_that_its_elements_miss_is_noted_the_farthest_first(tmp_path_factory, angles):
+    missed = {posture: dict(zip(("MCP", "PIP", "DIP"), angles[3 * i:3 * i + 3], strict=True))
+              for i, posture in enumerate(("opened", "closed"))}
+    path = tmp_path_factory.mktemp("missed") / "model.toml"
+    a_model(missed_deg=missed).save(path)
+    notes = from_document(controlled({"file": str(path)})).notes
+    far = sorted((f"{name} {abs(deg):.0f} deg from the {posture} hand" for posture, row in missed.items()
+                  for name, deg in row.items() if abs(deg) > 8.0), key=lambda text: -int(text.split()[1]))
+    assert [note.startswith("mpc.model predicts that its elements leave ") for note in notes] == [True] * bool(far)
+    for note in notes:
+        assert far[0].split()[1] in note.split(",")[0]
+        assert sum(text in note for text in set(far)) >= min(3, len(set(far)))
+        assert (f", and {len(far) - 3} more" in note) == (len(far) > 3)
 
 
 def test_any_patient_may_be_asked_for(tmp_path):
