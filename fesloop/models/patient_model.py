@@ -41,6 +41,8 @@ FREE_RUN, HALF_SECOND, RECRUITMENT = "free_run", "half_second", "recruitment"
 """Kinds of fit that judge a model: by output on held-out data, and by channel."""
 FAR_DEG = 8.0
 """Error in a posture that is reported (chosen: a hand that opens as little cannot be given its object)."""
+_BEYOND = "pressing"
+"""Posture beyond the object, which no reference asks for: elements need not reach it to hold an object."""
 _MOST_NAMED = 3
 _DAY = ", day "
 """Separator of a patient's name and its day."""
@@ -149,8 +151,8 @@ class PatientModel:
                 for output, deg in row.items() if abs(deg) > FAR_DEG]
 
     def missed_in_words(self) -> str:
-        """`misses` in words, the farthest first; empty without any."""
-        far = sorted(self.misses(), reverse=True)
+        """`misses` of postures that a reference asks for, the farthest first; empty without any."""
+        far = sorted((each for each in self.misses() if each[2] != _BEYOND), reverse=True)
         named = ", ".join(f"{output} {deg:.0f} deg from the {posture} hand"
                           for deg, output, posture in far[:_MOST_NAMED])
         return named + (f", and {len(far) - _MOST_NAMED} more" if len(far) > _MOST_NAMED else "")

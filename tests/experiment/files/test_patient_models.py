@@ -95,7 +95,7 @@ def test_what_a_model_says_that_its_elements_miss_is_noted_the_farthest_first(tm
     missed = {posture: dict(zip(("MCP", "PIP", "DIP"), angles[3 * i:3 * i + 3], strict=True))
               for i, posture in enumerate(("opened", "closed"))}
     path = tmp_path_factory.mktemp("missed") / "model.toml"
-    a_model(missed_deg=missed).save(path)
+    a_model(missed_deg={**missed, "pressing": dict.fromkeys(missed["closed"], 50.0)}).save(path)
     notes = from_document(controlled({"file": str(path)})).notes
     far = sorted((f"{name} {abs(deg):.0f} deg from the {posture} hand" for posture, row in missed.items()
                   for name, deg in row.items() if abs(deg) > 8.0), key=lambda text: -int(text.split()[1]))
