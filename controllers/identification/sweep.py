@@ -21,7 +21,7 @@ from controllers.identification.elements import (
 )
 from controllers.trajectories import response
 from fesloop.errors import InputError
-from fesloop.experiment.files.patients import describe, patient_fingerprint
+from fesloop.experiment.files.patients import describe, hand_plant, patient_fingerprint
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 from fesloop.models.electrode_arrays import arrays_in_words
@@ -127,7 +127,7 @@ def identify_sweep(
         operating_drive=np.zeros(channels), operating_outputs=seen.rest,
         fit={_SWEEP: dict(zip(outputs, fit, strict=True)),
              RECRUITMENT: {f"channel {c}": curve.fit_percent for c, curve in enumerate(choice.curves)}},
-        closing=choice.closing, grasping=choice.grasping,
+        closing=choice.closing, grasping=choice.grasping, plant=hand_plant(recording.experiment["blocks"]),
         missed_deg={posture.name: dict(zip(outputs, row.tolist(), strict=True))
                     for posture, row in zip(task, choice.missed_deg, strict=True)})
     return SweepIdentified(model=model, choice=choice, responses=seen, lags_s=lags_s)

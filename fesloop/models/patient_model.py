@@ -64,7 +64,7 @@ _TABLE: Any = closed("PatientModel", {
         "drive": Required[list[float]], "outputs": Required[list[float]]})],
     "fit": Required[dict[str, dict[str, Annotated[float, Field(allow_inf_nan=True)]]]],
     "closing": NotRequired[list[int]], "grasping": NotRequired[list[int]],
-    "missed_deg": NotRequired[dict[str, dict[str, float]]],
+    "missed_deg": NotRequired[dict[str, dict[str, float]]], "plant": NotRequired[str],
 })
 _FORM = TypeAdapter(_TABLE)
 
@@ -94,6 +94,7 @@ class PatientModel:
         the channels were given.
     missed_deg: angle that the chosen elements leave of each posture, by output; empty where the channels were
         given.
+    plant: kind of the hand that it was identified on, such as "myohand"; empty where that is not known.
     """
 
     patient: str
@@ -111,6 +112,7 @@ class PatientModel:
     closing: tuple[int, ...] = ()
     grasping: tuple[int, ...] = ()
     missed_deg: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    plant: str = ""
 
     def __post_init__(self) -> None:
         model, channels = self.model, len(self.current_ma)
@@ -178,7 +180,7 @@ class PatientModel:
         return {
             "format": FORMAT, "patient": self.patient,
             **({"patient_fingerprint": self.patient_fingerprint} if self.patient_fingerprint else {}),
-            "source": self.source, "outputs": list(self.outputs),
+            **({"plant": self.plant} if self.plant else {}), "source": self.source, "outputs": list(self.outputs),
             "electrodes": list(self.electrodes), **({"arrays": self.arrays} if self.arrays else {}),
             "current_ma": list(self.current_ma), "rate": self.rate,
             "delay_ms": model.delay_ns / NS_PER_MS,
@@ -259,7 +261,7 @@ def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
             operating_outputs=np.array(table["operating"]["outputs"]),
             patient_fingerprint=table.get("patient_fingerprint", ""), arrays=table.get("arrays", ""),
             closing=tuple(table.get("closing", ())), grasping=tuple(table.get("grasping", ())),
-            missed_deg=table.get("missed_deg", {}))
+            missed_deg=table.get("missed_deg", {}), plant=table.get("plant", ""))
     except InputError as fault:
         raise InputError(f"{path}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
 

@@ -180,6 +180,15 @@ def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool =
     return {**document, "blocks": loaded, **_noted(document["experiment"], notes)}
 
 
+def hand_plant(blocks: Mapping[str, Any]) -> str:
+    """Kind of the plant that is a hand; "" without one, or for a hand whose size is not a parameter."""
+    for _, table in sorted(blocks.items()):
+        made = registry.find(table["kind"])
+        if is_plant(made) and "hand" in hints_of(made):
+            return str(table["kind"])
+    return ""
+
+
 def _with_channels(document: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
     """The document with the channels of a model's file, where a controller's model says `channels = true`.
 
@@ -260,6 +269,10 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     if poor:
         much = "little" if model.usable else "too little to control by"
         notes.append(f"{name} explains {much}: {'; '.join(poor)}")
+    plant = hand_plant(document["blocks"])
+    if plant and model.plant and plant != model.plant:
+        notes.append(f"{name} was identified on another hand, {model.plant}, and this is {plant}: identify again "
+                     f"with --set plant={plant}")
     if missed := model.missed_in_words():
         notes.append(f"{name} predicts that its elements leave {missed}: expect errors there")
     day = str(document.get("patient", {}).get("day", ""))

@@ -265,6 +265,8 @@ def test_a_sweep_gives_a_model_that_a_grasp_takes(swept, tmp_path):
     assert json.loads(json.dumps(identified.report()))["usable"]
     again = load_patient_model(file)
     assert (again.closing, again.grasping) == (identified.choice.closing, identified.choice.grasping)
+    assert again.plant == "hand"
+    assert again.misses() == identified.model.misses()
     experiment = load("grasp_mpc", [*MODEL, f"model={file}"])
     blocks = experiment.document()["blocks"]
     assert [each["elements"] for each in blocks["stimulator"]["electrodes"]] == [

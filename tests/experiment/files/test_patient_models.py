@@ -1,5 +1,6 @@
 import json
 import tomllib
+from dataclasses import replace
 from importlib import resources
 
 import numpy as np
@@ -8,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.files.parse import from_document, load
 from fesloop.experiment.files.patients import describe, drawn_patient, patient_fingerprint
 from fesloop.experiment.registry import find
 from fesloop.models.patient_model import PatientModel, load_patient_model
@@ -104,6 +105,18 @@ def test_what_a_model_says_that_its_elements_miss_is_noted_the_farthest_first(tm
         assert far[0].split()[1] in note.split(",")[0]
         assert sum(text in note for text in set(far)) >= min(3, len(set(far)))
         assert (f", and {len(far) - 3} more" in note) == (len(far) > 3)
+
+
+@pytest.mark.parametrize(("identified_on", "hand", "told"), [
+    ("hand", "myohand", True), ("myohand", "hand", True), ("hand", "hand", False), ("", "myohand", False)])
+def test_a_model_of_another_hand_is_taken_with_a_word(identified_on, hand, told, tmp_path):
+    if hand == "myohand":
+        pytest.importorskip("myo_sim")
+    model = load_patient_model("grasp_sci_c6")
+    replace(model, plant=identified_on).save(tmp_path / "model.toml")
+    notes = load("grasp_mpc", [f"plant={hand}", f"model={tmp_path / 'model.toml'}"]).notes
+    assert [f"was identified on another hand, {identified_on}, and this is {hand}" in each
+            for each in notes] == [True] * told
 
 
 def test_any_patient_may_be_asked_for(tmp_path):
