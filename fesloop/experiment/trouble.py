@@ -11,7 +11,7 @@ import numpy as np
 
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
 from fesloop.experiment.metrics.stimulation import Rows, Stimulated, commanded_signal, stimulated
-from fesloop.experiment.recording.reading import Event
+from fesloop.experiment.recording.reading import Event, Extent
 
 _STATUSES = {"running": "the run is not over, or was killed", "damaged": "the file of the run is damaged",
              "failed": "the run failed", "interrupted": "the run was interrupted"}
@@ -78,6 +78,9 @@ class Recorded(Rows, Protocol):
     @property
     def events(self) -> Sequence[Event]:
         """All events, in order of time."""
+
+    def extent(self, name: str, trial: int = 0) -> Extent:
+        """First and last instant of a signal in a trial."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,8 +152,22 @@ def graveness(status: str) -> int:
 def _broken_off(recording: Recorded, cause: str) -> Iterator[str]:
     status = recording.status
     if status != "done":
-        words = _STATUSES.get(status, f"the run ended as {status!r}")
-        yield f"{words}: {cause}" if cause else words
+        words = _STATUSES.get(status, f"the run ended as {status!r}") + reached(recording)
+        yield f"{words}: {cause or 'numbers are of what was recorded until then'}"
+
+
+def reached(recording: Recorded) -> str:
+    """How far the recording of a run goes that broke off, as " at 3.2 of 10 s in trial 1 (of 0 to 2)".
+
+    Empty where that is not known, as of a damaged file.
+    """
+    about, last = recording.experiment.get("experiment", {}), recording.trials - 1
+    if recording.status == "damaged" or last < 0 or not recording.signals or "duration_s" not in about:
+        return ""
+    at_s = max(recording.extent(name, last).last_ns for name in recording.signals) / 1e9
+    trials = about.get("trials", 1)
+    which = f" in trial {last} (of 0 to {trials - 1})" if trials > 1 else ""
+    return f" at {at_s:.3g} of {about['duration_s']:g} s{which}"
 
 
 def _recording(recording: Recorded) -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.metrics.sweep import RESPONDS_DEG
-from fesloop.experiment.trouble import comparable, troubles
+from fesloop.experiment.trouble import comparable, reached, troubles
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.words import counted, listed, rounded
 
@@ -16,16 +16,17 @@ _SAID = ("broken_off", "rose")
 """Kinds of trouble that the summary expresses by its beginning and by the change of the error."""
 _MOST_ANGLES = 8
 """Angles of a sweep that the summary names (chosen: the six of a hand's fingers, wrist and thumb)."""
-_BROKEN_OFF = {"running": "The run is still under way or was killed; recorded so far: ",
-               "damaged": "The file is damaged; in its readable part: ",
-               "failed": "The run failed; recorded until then: ",
-               "interrupted": "The run was interrupted; recorded until then: "}
+_BROKEN_OFF = {"running": ("The run is still under way or was killed", "recorded so far"),
+               "damaged": ("The file is damaged", "in its readable part"),
+               "failed": ("The run failed", "recorded until then"),
+               "interrupted": ("The run was interrupted", "recorded until then")}
 
 
 def sentence_of(known: Known) -> str:
     """Summary of a run: first what went wrong, then what was measured."""
     status = known.recording.status
-    before = _BROKEN_OFF.get(status, "" if status == "done" else f"The run ended as {status!r}: ")
+    what, part = _BROKEN_OFF.get(status, (f"The run ended as {status!r}", "recorded"))
+    before = "" if status == "done" else f"{what}{reached(known.recording)}; {part}: "
     if not known.begun:
         return f"{before}nothing." if before else "Nothing was recorded."
     found = troubles(known.recording, known.metrics)
