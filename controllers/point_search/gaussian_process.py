@@ -165,8 +165,9 @@ class GaussianProcess:
         """Query so far with the greatest expected quality."""
         if not state.today:
             return None
-        known = self._foresee(state)[0][state.today]
-        return Found(state.queries[state.today[int(np.argmax(known))]], float(known.max()))
+        mean, sd = self._foresee(state)
+        best = state.today[int(np.argmax(mean[state.today]))]
+        return Found(state.queries[best], float(mean[best]), float(sd[best]))
 
     def _foresee(self, state: GaussianProcessState) -> tuple[Array, Array]:
         """Posterior mean and standard deviation of the quality of all candidates on this day, (n,) each."""

@@ -169,7 +169,8 @@ def _search(metrics: Mapping[str, Any]) -> Iterator[str]:
         of_best = f", {100.0 * share:.0f} % of the optimum" if math.isfinite(share) else ""
         elements = f"element{'s' if len(found[0]) != 1 else ''} {listed(list(map(str, found[0])))}"
         text += (f", and recommends {elements} at {rounded(metrics['found_ma'][0])} mA "
-                 f"(quality {rounded(metrics['found_quality'][0])}{of_best})")
+                 f"(quality {rounded(metrics['found_measured_quality'][0])} by the tracker, "
+                 f"{rounded(metrics['found_true_quality'][0])} in truth{of_best})")
     yield text
 
 
