@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -46,6 +47,8 @@ _BEYOND = "pressing"
 _MOST_NAMED = 3
 _DAY = ", day "
 """Separator of a patient's name and its day."""
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""First bytes of an HDF5 file."""
 _SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
 _TABLE: Any = closed("PatientModel", {
@@ -228,6 +231,11 @@ def load_patient_model(path: Path) -> PatientModel:
     if str(path) in shipped_models():
         path = _SHIPPED / f"{path}.toml"
     try:
+        with path.open("rb") as file:
+            recorded = file.read(len(_HDF5)) == _HDF5
+        if recorded:
+            raise InputError(str(path), "is a recording (HDF5)", "a model file, made by fesloop identify",
+                             f"identify it first: fesloop identify {shlex.quote(str(path))} --out own_model.toml")
         table = tables_of(path.read_text(encoding="utf-8"))
     except OSError as fault:
         raise InputError(str(path), f"cannot be read: {fault.strerror}",

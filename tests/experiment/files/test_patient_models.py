@@ -1,8 +1,10 @@
 import json
+import shlex
 import tomllib
 from dataclasses import replace
 from importlib import resources
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given
@@ -117,6 +119,18 @@ def test_a_model_of_another_hand_is_taken_with_a_word(identified_on, hand, told,
     notes = load("grasp_mpc", [f"plant={hand}", f"model={tmp_path / 'model.toml'}"]).notes
     assert [f"was identified on another hand, {identified_on}, and this is {hand}" in each
             for each in notes] == [True] * told
+
+
+@pytest.mark.parametrize("name", ["sweep.h5", "my sweep.toml"])
+def test_a_recording_in_place_of_a_model_is_to_be_identified_first(name, tmp_path):
+    path = tmp_path / name
+    with h5py.File(path, "w") as file:
+        file["status"] = b"done"
+    with pytest.raises(InputError) as refused:
+        from_document(controlled({"file": str(path)}))
+    assert str(refused.value) == (
+        f"experiment: blocks.mpc.model: {path}: is a recording (HDF5); allowed: a model file, made by fesloop "
+        f"identify; identify it first: fesloop identify {shlex.quote(str(path))} --out own_model.toml")
 
 
 def test_any_patient_may_be_asked_for(tmp_path):
