@@ -79,7 +79,7 @@ class SweepIdentified:
         channels = [
             {"electrode": model.electrodes[c], "current_ma": model.current_ma[c],
              "threshold_us": 1e6 * float(widths[c]), "half_ma": curve.threshold_ma, "spread": curve.spread,
-             "fit_percent": curve.fit_percent, "at_bound": {}, "grips": c in choice.closing,
+             "fit_percent": curve.fit_percent, "at_bound": curve.at_bound, "grips": c in choice.closing,
              "moved_deg": dict(zip(model.outputs, np.degrees(curve.gain).tolist(), strict=True))}
             for c, curve in enumerate(choice.curves)]
         return {"patient": model.patient, "outputs": list(model.outputs), "rate": model.rate,
