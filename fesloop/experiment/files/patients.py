@@ -271,10 +271,10 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
         notes.append(f"{name} explains {much}: {'; '.join(poor)}")
     plant = hand_plant(document["blocks"])
     if plant and model.plant and plant != model.plant:
-        notes.append(f"{name} was identified on another hand, {model.plant}, and this is {plant}: identify again "
+        notes.append(f"the model {name} was identified on another hand, {model.plant}, and this is {plant}: identify again "
                      f"with --set plant={plant}")
     if missed := model.missed_in_words():
-        notes.append(f"{name} predicts that its elements leave {missed}: expect errors there")
+        notes.append(f"the model {name} predicts that its elements leave {missed}: expect errors there")
     day = str(document.get("patient", {}).get("day", ""))
     if "patient" in required and model.day != day:
         notes.append(f"{name} was identified on {_day(model.day)}, and this is {_day(day)}: electrodes, "

@@ -102,7 +102,7 @@ def test_what_a_model_says_that_its_elements_miss_is_noted_the_farthest_first(tm
     notes = from_document(controlled({"file": str(path)})).notes
     far = sorted((f"{name} {abs(deg):.0f} deg from the {posture} hand" for posture, row in missed.items()
                   for name, deg in row.items() if abs(deg) > 8.0), key=lambda text: -int(text.split()[1]))
-    assert [note.startswith("mpc.model predicts that its elements leave ") for note in notes] == [True] * bool(far)
+    assert [note.startswith("the model mpc.model predicts that its elements leave ") for note in notes] == [True] * bool(far)
     for note in notes:
         assert far[0].split()[1] in note.split(",")[0]
         assert sum(text in note for text in set(far)) >= min(3, len(set(far)))
