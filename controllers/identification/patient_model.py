@@ -76,7 +76,8 @@ def fit_recruitment(width_s: Array, current_ma: float, measured: Array, period_s
     """
     if not (width_s > 0.0).any():
         raise InputError("recruitment", "no pulse was given", "stimulation",
-                         "read the recording's events: `pose_contradicted`, for example, withholds it")
+                         "read the recording's events: `pose_contradicted` or `posture_jumped`, for example, "
+                         "withholds it")
     moved = np.ptp(measured, axis=0)
     if not (moved > least_moved).any():
         raise InputError("recruitment", f"nothing moved by more than {moved.max():.3g}",

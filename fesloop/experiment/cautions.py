@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import asdict, fields, is_dataclass
 
 import numpy as np
 
+from fesloop.experiment.metrics.grasp_outcome import RESTING_M, half_height, longest
 from fesloop.experiment.running import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.loop.abilities import Warns, offers
@@ -34,13 +35,14 @@ def experiment_cautions(experiment: Experiment, *, blocks: bool = True) -> list[
     """Cautions about an experiment.
 
     They are controllers that no plant reaches, references that do not move while they are scored, durations
-    longer than a trial, scored spans that end beyond it, inputs that are always or often too old,
-    contradictions between neighbours, and warnings of plants; with `blocks`, also those of blocks, which
-    report them at their first tick.
+    longer than a trial, scored spans that end beyond it, objects above or within their tables, inputs that
+    are always or often too old, contradictions between neighbours, and warnings of plants; with `blocks`,
+    also those of blocks, which report them at their first tick.
     """
     wiring, duration_ns = experiment.wiring, experiment.duration_ns
     return [*_unclosed(wiring), *_references(experiment), *_endless(experiment),
             *_unscored(experiment.score, duration_ns),
+            *_unsupported(wiring),
             *too_old(wiring, duration_ns),
             *cautions_in_place(wiring, duration_ns), *_warnings(experiment, blocks)]
 
@@ -145,6 +147,25 @@ def _unscored(score: Score, trial_ns: int) -> Iterator[Caution]:
         ends = f"{trial_ns / NS_PER_S:g} s"
         yield ("score", "longer_than_trial", f"{', '.join(late)}, and a trial ends at {ends}: "
                "what lies beyond is not scored; lengthen experiment.duration_s, or score earlier")
+
+
+def _unsupported(wiring: Wiring) -> Iterator[Caution]:
+    """Objects whose lowest point is not on the table that they are put on."""
+    for node in wiring.nodes:
+        thing, table = getattr(node.part, "object", None), getattr(node.part, "table", None)
+        if thing is None or table is None:
+            continue
+        thing, table = asdict(thing), asdict(table)
+        x, y, z = thing["position_m"]
+        beside = np.abs(np.array([x, y]) - table["centre_m"]) - table["half_m"]
+        half = float(half_height(thing, np.array([thing["orientation"]]))[0])
+        above = z - half - table["height_m"]
+        if abs(above) <= RESTING_M or beside.max() > longest(thing):
+            continue
+        what = (f"is put {1e3 * above:.3g} mm above its table, and falls onto it" if above > 0.0 else
+                f"reaches {-1e3 * above:.3g} mm into its table, where it has no room")
+        yield (node.name, "object_off_table", f"the object {what}; object.position_m[2] = {z - above:.4g} or "
+               f"table.height_m = {z - half:.4g} puts it on the table")
 
 
 def _own_values(part: object, within: str = "") -> Iterator[tuple[str, float]]:

@@ -98,13 +98,13 @@ def _signal_row(name: str, extent: Any) -> tuple[str, ...]:
 
 
 def result_tables(result: Any) -> list[Table]:
-    """What went wrong in a run, its metrics, and those that are tables themselves, such as by joint, folded."""
+    """What went wrong in a run, its metrics, and those that are tables themselves (by joint), folded."""
     status = f"{result.status}: {result.cause}" if result.cause else result.status
     rows = list(_metric_rows("", result.metrics))
     whole, parts = [row for row in rows if "." not in row[0]], [row for row in rows if "." in row[0]]
     tables = [Table(each) for each in result.troubles]
-    tables.append(Table(f"{result.experiment}, seed {result.seed}: {status}; {result.recording}", ("metric", ""),
-                        whole))
+    title = f"{result.experiment}, seed {result.seed}: {status}; {result.recording}"
+    tables.append(Table(title, ("metric", ""), whole))
     tables += _event_tables(result.events)
     return tables + ([Table("Their parts", ("metric", ""), parts, folded=True)] if parts else [])
 

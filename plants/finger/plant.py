@@ -172,8 +172,10 @@ class Finger(PlantToControl):
     def outputs(self) -> tuple[Port, ...]:
         """Joint angles, rates and accelerations, and activation."""
         rest = tuple(float(angle) for angle in np.deg2rad(self.rest_deg))
-        return (Port("angles", (3,), "rad", rest), Port("rates", (3,), "rad/s"),
-                Port("accelerations", (3,), "rad/s^2"), Port("activation", (4,), "1"))
+        joints = tuple(map(str.upper, JOINTS))
+        return (Port("angles", (3,), "rad", rest, rows=joints), Port("rates", (3,), "rad/s", rows=joints),
+                Port("accelerations", (3,), "rad/s^2", rows=joints),
+                Port("activation", (4,), "1", rows=MUSCLES))
 
     @property
     def grid(self) -> None:

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
-from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.kinematics_kernels import forward, turned
 from fesloop.hand.motion import STANDARD_GRAVITY, motions, sense
+from fesloop.hand.movements import FREEDOMS, SEGMENTS
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import dorsal_points, hand_tree
@@ -253,11 +254,13 @@ class MovingHand:
     @property
     def outputs(self) -> tuple[Port, ...]:
         """Posture, fingertips, and kinematics of the sites."""
-        return (Port("angles", (23,), "rad"), Port("rates", (23,), "rad/s"),
-                Port("accelerations", (23,), "rad/s^2"), Port("fingertips", (5, 3), "m"),
-                Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0)),
-                Port("site_position", (17, 3), "m"), Port("site_rate", (17, 3), "rad/s"),
-                Port("site_force", (17, 3), "m/s^2", (0.0, 0.0, STANDARD_GRAVITY)))
+        return (Port("angles", (23,), "rad", rows=FREEDOMS), Port("rates", (23,), "rad/s", rows=FREEDOMS),
+                Port("accelerations", (23,), "rad/s^2", rows=FREEDOMS),
+                Port("fingertips", (5, 3), "m", rows=FINGERS),
+                Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0), rows=SEGMENTS),
+                Port("site_position", (17, 3), "m", rows=SEGMENTS),
+                Port("site_rate", (17, 3), "rad/s", rows=SEGMENTS),
+                Port("site_force", (17, 3), "m/s^2", (0.0, 0.0, STANDARD_GRAVITY), rows=SEGMENTS))
 
     @property
     def grid(self) -> None:

@@ -93,8 +93,28 @@ def test_a_score_beyond_the_trial_is_named_in_one_caution(duration_s, until_s):
     assert told == ([", ".join(late)] if late else [])
 
 
+@settings(deadline=None, max_examples=15)
+@given(st.sampled_from(["cylinder", "ball", "block"]), st.floats(20.0, 200.0))
+def test_an_object_that_is_put_above_or_into_its_table_is_named_with_what_puts_it_right(shape, tall):
+    """The table of the grasp is 60.1 mm below the object's centre."""
+    tall = round(tall, 1)
+    size = {"cylinder": [50.0, tall], "ball": [tall], "block": [50.0, 40.0, tall]}[shape]
+    given = [f"blocks.hand.object.shape={shape}", f"blocks.hand.object.size_mm={size}"]
+    found = [detail for _, status, detail in experiment_cautions(fesloop.load("grasp_mpc", given))
+             if status == "object_off_table"]
+    assert len(found) == (abs(tall - 120.2) > 10.0)
+    for detail in found:
+        assert ("falls onto it" if tall < 120.0 else "has no room") in detail
+        for key in ("object.position_m[2]", "table.height_m"):
+            (value,) = re.findall(re.escape(key) + r" = (\S+)", detail)
+            right = {"table.height_m": f"blocks.hand.table.height_m={value}",
+                     "object.position_m[2]": f"blocks.hand.object.position_m=[-0.006, 0.112, {value}]"}[key]
+            mended = experiment_cautions(fesloop.load("grasp_mpc", [*given, right]))
+            assert "object_off_table" not in [status for _, status, _ in mended]
+
+
 @pytest.mark.slow
-def test_no_shipped_experiment_has_a_duration_longer_than_its_trial():
+def test_no_shipped_experiment_has_a_duration_longer_than_its_trial_or_an_object_off_its_table():
     """With every option of every variant: muscles fatigue over minutes, and sensors drift over hours."""
     for name in shipped():
         _, document = read(name)
@@ -106,4 +126,4 @@ def test_no_shipped_experiment_has_a_duration_longer_than_its_trial():
             except FesloopError:  # needs more settings
                 continue
             statuses = [status for _, status, _ in experiment_cautions(experiment)]
-            assert "longer_than_trial" not in statuses, (name, picked)
+            assert not {"longer_than_trial", "object_off_table"}.intersection(statuses), (name, picked)

@@ -83,8 +83,8 @@ held, slipped: at the end it is neither on the table nor gone. Held if it never 
     from its place at the start of the hold, slipped if it was; given_late if it was given during the hold.
 thrown: it moved sideways by more than `THROWN_M_S`.
 dropped: it was neither on the table nor gone for 0.1 s, and is now.
-not_touched: it never was; no part of the hand pressed by more than `contact_n`, and until it was gone it
-    moved neither sideways nor up by more than `TOUCHED_M`.
+not_touched: it never was; no part of the hand pressed by more than `contact_n`, and until it was gone for
+    good it moved neither sideways nor up by more than `TOUCHED_M`.
 on_table, knocked_off: it never was either, but was touched, and at the end it is on the table, or it is not.
 
 On the table: its lowest point is within `RESTING_M` of the table top at that instant, above the top's area.
@@ -195,12 +195,12 @@ def _resting(course: ObjectCourse) -> Flags:
         return np.zeros(course.times_s.size, dtype=np.bool_)
     lowered_s = table["lowered_at_s"] if table["lowered_at_s"] >= 0.0 else math.inf
     sunk = np.clip((course.times_s - lowered_s) * table["lowering_m_s"], 0.0, table["lowering_m"])
-    height = course.places[:, 2] - _half_height(thing, course.turned) - (table["height_m"] - sunk)
+    height = course.places[:, 2] - half_height(thing, course.turned) - (table["height_m"] - sunk)
     beside = np.abs(course.places[:, :2] - table["centre_m"]) - table["half_m"]
-    return np.asarray((np.abs(height) <= RESTING_M) & (beside.max(axis=1) <= _longest(thing)))
+    return np.asarray((np.abs(height) <= RESTING_M) & (beside.max(axis=1) <= longest(thing)))
 
 
-def _half_height(thing: Mapping[str, Any], turned: Array) -> Array:
+def half_height(thing: Mapping[str, Any], turned: Array) -> Array:
     """Distance from the object's centre down to its lowest point, (n,), m."""
     half = 5e-4 * np.asarray(thing["size_mm"])
     axes = np.abs(np.stack([quaternion.rotate(turned, axis)[:, 2] for axis in np.eye(3)], axis=1))
@@ -211,14 +211,14 @@ def _half_height(thing: Mapping[str, Any], turned: Array) -> Array:
     return np.asarray(axes @ half)
 
 
-def _longest(thing: Mapping[str, Any] | None) -> float:
+def longest(thing: Mapping[str, Any] | None) -> float:
     """Upper bound of the distance from the object's centre to its farthest point, m."""
     return 0.0 if thing is None else float(5e-4 * np.linalg.norm(thing["size_mm"]))
 
 
 def _gone(course: ObjectCourse, from_hand_m_s: Array) -> Flags:
     """Rows in which the object falls, flies or is out of reach, by its velocity (n, 3) from the hand's."""
-    far = np.linalg.norm(course.places - course.hand, axis=1) > REACH_M + _longest(course.thing)
+    far = np.linalg.norm(course.places - course.hand, axis=1) > REACH_M + longest(course.thing)
     flying = np.linalg.norm(from_hand_m_s[:, :2], axis=1) > THROWN_M_S
     return np.asarray(far | flying | (from_hand_m_s[:, 2] < -FALLING_M_S))
 
@@ -229,7 +229,8 @@ def _touched(course: ObjectCourse, rows: NDArray[np.int64], gone: Flags) -> bool
         return True
     if course.pressed is not None and course.pressed[rows].any():
         return True
-    there = rows[:np.flatnonzero(gone[rows])[0]] if gone[rows].any() else rows
+    stays = np.flatnonzero(~gone[rows])  # one that is given above the table falls onto it
+    there = rows[:stays[-1] + 1] if stays.size else rows[:1]
     moved = course.places[there] - course.places[rows[0]]
     return bool((np.linalg.norm(moved[:, :2], axis=1) > TOUCHED_M).any() or (moved[:, 2] > TOUCHED_M).any())
 

@@ -64,6 +64,9 @@ def scenes(draw, fates=FATES):
         over_s = given_s + 0.2 + half_m / 0.1
         places[:, 0] += np.clip(0.1 * (times_s - given_s - 0.2), 0.0, None)
         places[:, 2] -= 0.5 * G * np.clip(times_s - over_s, 0.0, None) ** 2
+    if fate in ("on_table", "knocked_off", "not_touched") and draw(st.booleans()):  # given too high, it falls
+        high = np.where(times_s >= given_s, 0.03 - 0.5 * G * (times_s - given_s) ** 2, 0.0)
+        places[:, 2] += np.clip(high, 0.0, None)
     waits = np.array([0.0, draw(st.floats(0.1, 0.4)), 0.0])
     if fate == "not_given":
         places += waits
