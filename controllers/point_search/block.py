@@ -248,5 +248,6 @@ def _in_words(state: PointSearchState) -> str:
         return "there was no query"
     query, quality, sd = state.best
     elements = "+".join(map(str, query.elements))
+    spread = f" +- {sd:.2f}" if sd else ""
     return (f"element {elements} at {query.current_ma:g} mA, {query.width_us:g} us: "
-            f"quality {quality:.2f}{f' +- {sd:.2f}' if sd else ''} by the tracker, {state.number + 1} queries")
+            f"quality {quality:.2f}{spread} by the tracker, {state.number + 1} queries")

@@ -60,8 +60,8 @@ _ABOVE_LEAST, _ABOVE_LEAST_DEG = 2.0, 1.0
 by chance, too: where muscles vary by 30 % from trial to trial, the last is often half as large again."""
 _FEEDBACK = ("learning corrects what trials have in common; muscles that vary between them are corrected "
              "within a trial, by predictive control (block `mpc`, as in grasp_mpc)")
-_SLOWER = ("the model is wrong, or drives are at their limits: identify the patient again, learn less from each "
-           "trial (`memory.share`), or learn nothing (control=mpc)")
+_SLOWER = ("the model is wrong, or drives are at their limits: identify the patient again, learn less from "
+           "each trial (`memory.share`), or learn nothing (control=mpc)")
 
 
 class Recorded(Rows, Protocol):
@@ -114,8 +114,8 @@ no channel gave a pulse, or the safety block took stimulation away, or most of i
 such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
 turning. not_held: the object was not held in the last trial, or the person's attempts were not answered.
-no_better: joints followed worse than had they not moved. rose: the last trial's error is more than a tenth above the
-first one's, or twice the least and a degree above it, where the trials are `comparable`.
+no_better: joints followed worse than had they not moved. rose: the last trial's error is more than a tenth
+above the first one's, or twice the least and a degree above it, where the trials are `comparable`.
 """
 
 
@@ -192,8 +192,8 @@ def _pose(recording: Recorded) -> Iterator[Trouble]:
     for where, events in wrong.items():
         first, trials = events[0], len({event.trial for event in events})
         which = f" and in {trials} of {recording.trials} trials" if trials > 1 else ""
-        yield Trouble("pose", f"the angles of `{where}` are not to be trusted{_when(recording, first)}{which}: "
-                      f"{first.detail}", alike=trials == recording.trials)
+        yield Trouble("pose", f"the angles of `{where}` are not to be trusted{_when(recording, first)}"
+                      f"{which}: {first.detail}", alike=trials == recording.trials)
 
 
 def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
@@ -429,7 +429,8 @@ def _rose(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
     remedy = f": {_FEEDBACK}" if learns else f": {_SLOWER}" if remembers else ""
     if _finite(first) and last > _ROSE * first:
         yield (f"the tracking error rose from {first:.3g} deg RMS in the first of {len(errors)} trials "
-               f"to {last:.3g} deg in the last, and was least in trial {best}, {errors[best]:.3g} deg{remedy}")
+               f"to {last:.3g} deg in the last, and was least in trial {best}, {errors[best]:.3g} deg"
+               f"{remedy}")
     elif last > max(_ABOVE_LEAST * errors[best], errors[best] + _ABOVE_LEAST_DEG):
         yield (f"the tracking error is {last:.3g} deg RMS in the last of {len(errors)} trials, and was "
                f"{errors[best]:.3g} deg in trial {best}{remedy}")

@@ -105,8 +105,9 @@ def _fault(path: tuple[Any, ...], group: list[Any], document: Any, keys_at: Any)
         found = _below(found, key)
     allowed = dict.fromkeys(text for text in (_allowed(error) for error in group) if text)
     names_file = isinstance(found, str) and "a table" in allowed and "file" in keys_at(path)
+    remedy = f"to name a file: {{ file = {_shown(found)} }}" if names_file else ""
     return InputError(where, f"{_shown(found)} is {_name(found)}" if _is_type(group) else f"{_shown(found)}",
-                      " or ".join(allowed), f"to name a file: {{ file = {_shown(found)} }}" if names_file else "")
+                      " or ".join(allowed), remedy)
 
 
 def _is_type(group: list[Any]) -> bool:

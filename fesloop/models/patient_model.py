@@ -183,7 +183,8 @@ class PatientModel:
         return {
             "format": FORMAT, "patient": self.patient,
             **({"patient_fingerprint": self.patient_fingerprint} if self.patient_fingerprint else {}),
-            **({"plant": self.plant} if self.plant else {}), "source": self.source, "outputs": list(self.outputs),
+            **({"plant": self.plant} if self.plant else {}),
+            "source": self.source, "outputs": list(self.outputs),
             "electrodes": list(self.electrodes), **({"arrays": self.arrays} if self.arrays else {}),
             "current_ma": list(self.current_ma), "rate": self.rate,
             "delay_ms": model.delay_ns / NS_PER_MS,
@@ -235,7 +236,8 @@ def load_patient_model(path: Path) -> PatientModel:
             recorded = file.read(len(_HDF5)) == _HDF5
         if recorded:
             raise InputError(str(path), "is a recording (HDF5)", "a model file, made by fesloop identify",
-                             f"identify it first: fesloop identify {shlex.quote(str(path))} --out own_model.toml")
+                             f"identify it first: fesloop identify {shlex.quote(str(path))} "
+                             "--out own_model.toml")
         table = tables_of(path.read_text(encoding="utf-8"))
     except OSError as fault:
         raise InputError(str(path), f"cannot be read: {fault.strerror}",

@@ -181,7 +181,8 @@ def fit_error(*paths: str, settings: tuple[str, ...] = (), reference_late_ms: fl
 def _measured(path: str, settings: tuple[str, ...], late_ns: int) -> MeasuredErrors:
     """Errors in a run, or in a recording that is played."""
     if not exists(Path(path)):
-        raise InputError(path, "there is no such file", "a run (.h5), or a recording of sensors with a reference",
+        raise InputError(path, "there is no such file",
+                         "a run (.h5), or a recording of sensors with a reference",
                          "paths start from the current folder, FESLOOP_RECORDINGS or not")
     if _is_run(path):
         if settings:

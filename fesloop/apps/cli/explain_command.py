@@ -46,10 +46,10 @@ def execute(args: Namespace) -> int:
 def _explained(name: str, fault: InputError) -> InputError:
     """The fault of a name that is no number, with what else has the name or a part of it."""
     if kind := _kind_of_signal(name):
-        return InputError(fault.where, f"{name!r} is a signal of a recording (block kind {kind}), and no number",
-                          "numbers as commands print them",
-                          f"docs/reference/{registry.find(kind).__module__.partition('.')[0]}.md explains the "
-                          f"outputs of {kind}")
+        package = registry.find(kind).__module__.partition(".")[0]
+        return InputError(
+            fault.where, f"{name!r} is a signal of a recording (block kind {kind}), and no number",
+            "numbers as commands print them", f"docs/reference/{package}.md explains the outputs of {kind}")
     whole = [f"the {word} {name} (`{command}`)" for word, known, command in (
         ("experiment", shipped(), f"fesloop check {name}"),
         ("study", shipped_studies(), f"fesloop study {name} --dry-run"),

@@ -150,7 +150,8 @@ def _print(report: dict[str, Any]) -> None:
                 rows, sys.stderr)
     rows = [[str(c), row["electrode"], f"{row['current_ma']:g}", f"{row['threshold_us']:.0f}",
              *(f"{row[name]:.2f} {row['at_bound'].get(name, '')}".rstrip() for name in ("half_ma", "spread")),
-             f"{row['fit_percent']:.0f}{' weak' if row['fit_percent'] < _WEAK else ''}", *(["yes" if row["grips"] else ""] if missed else [])]
+             f"{row['fit_percent']:.0f}{' weak' if row['fit_percent'] < _WEAK else ''}",
+             *(["yes" if row["grips"] else ""] if missed else [])]
             for c, row in enumerate(report["channels"])]
     print_table("recruitment: threshold at 5 %, half at an effective current", [
         "channel", "electrode", "mA", "threshold us", "half mA", "spread", "fit %",
@@ -160,5 +161,5 @@ def _print(report: dict[str, Any]) -> None:
               f"{'' if missed else ' (half: the strongest pulse)'}; the patient's value may lie beyond",
               file=sys.stderr)
     if any(row["fit_percent"] < _WEAK for row in report["channels"]):
-        print(f"'weak': a fit below {_WEAK:g} %, which explains less than three quarters of the variance of the "
-              "responses: expect others than the model's", file=sys.stderr)
+        print(f"'weak': a fit below {_WEAK:g} %, which explains less than three quarters of the variance "
+              "of the responses: expect others than the model's", file=sys.stderr)

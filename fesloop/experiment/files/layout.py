@@ -81,7 +81,8 @@ class Guide:
         # A name that begins with a dash would be an option.
         recording = f"./{recording}" if recording.startswith("-") else recording
         plain = {"".join(each.strip() for each in _parts(setting)) for setting in settings}
-        suggested = next((these for setting, these in self.try_next_with.items() if setting in plain), self.try_next)
+        suggested = next((these for setting, these in self.try_next_with.items() if setting in plain),
+                         self.try_next)
         commands = []
         for command in suggested:
             plays, runs = PLAYED in command, _RUNS.fullmatch(command)

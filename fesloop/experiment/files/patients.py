@@ -271,8 +271,8 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
         notes.append(f"{name} explains {much}: {'; '.join(poor)}")
     plant = hand_plant(document["blocks"])
     if plant and model.plant and plant != model.plant:
-        notes.append(f"the model {name} was identified on another hand, {model.plant}, and this is {plant}: identify again "
-                     f"with --set plant={plant}")
+        notes.append(f"the model {name} was identified on another hand, {model.plant}, and this is {plant}: "
+                     f"identify again with --set plant={plant}")
     if missed := model.missed_in_words():
         notes.append(f"the model {name} predicts that its elements leave {missed}: expect errors there")
     day = str(document.get("patient", {}).get("day", ""))

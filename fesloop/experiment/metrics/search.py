@@ -152,9 +152,9 @@ def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
     `found_elements`, `found_ma`; `found_measured_quality`, which the tracker saw in that query, and
     `found_predicted_quality` with `found_predicted_sd`, nan where the strategy predicts none;
     `found_true_quality` and `found_true_selectivity`, by the true movement of the hand in that query, which
-    nobody knows of a person; no elements and nan where no query was answered; with an optimum, `optimum_share`, the
-    share of it; and `element_quality`, for each element the best true quality of the queries with
-    it, None without such a query: a map over the arrays.
+    nobody knows of a person; no elements and nan where no query was answered; with an optimum,
+    `optimum_share`, the share of it; and `element_quality`, for each element the best true quality of the
+    queries with it, None without such a query: a map over the arrays.
     """
     metrics: dict[str, list[Any]] = {}
     for trial in range(recording.trials):

@@ -41,8 +41,8 @@ def test_a_kind_that_comes_to_others_is_known():
 
 
 @pytest.mark.parametrize(("name", "setting", "told"), [
-    ("grasp_ilc", 'blocks.controller.bank=["A.toml"]', 'bank[0]: "A.toml" is text; allowed: a table; to name a '
-     'file: { file = "A.toml" }'),
+    ("grasp_ilc", 'blocks.controller.bank=["A.toml"]', 'bank[0]: "A.toml" is text; allowed: a table; to name '
+     'a file: { file = "A.toml" }'),
     ("grasp_mpc", 'blocks.controller.model="A.toml"', 'to name a file: { file = "A.toml" }'),
     ("grasp_mpc", 'blocks.hand.table="A.toml"', '"A.toml" is text; allowed: a table')])
 def test_a_file_in_place_of_its_table_is_answered_with_the_table(name, setting, told):

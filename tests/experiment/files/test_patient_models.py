@@ -102,7 +102,8 @@ def test_what_a_model_says_that_its_elements_miss_is_noted_the_farthest_first(tm
     notes = from_document(controlled({"file": str(path)})).notes
     far = sorted((f"{name} {abs(deg):.0f} deg from the {posture} hand" for posture, row in missed.items()
                   for name, deg in row.items() if abs(deg) > 8.0), key=lambda text: -int(text.split()[1]))
-    assert [note.startswith("the model mpc.model predicts that its elements leave ") for note in notes] == [True] * bool(far)
+    begin = "the model mpc.model predicts that its elements leave "
+    assert [note.startswith(begin) for note in notes] == [True] * bool(far)
     for note in notes:
         assert far[0].split()[1] in note.split(",")[0]
         assert sum(text in note for text in set(far)) >= min(3, len(set(far)))
@@ -129,8 +130,9 @@ def test_a_recording_in_place_of_a_model_is_to_be_identified_first(name, tmp_pat
     with pytest.raises(InputError) as refused:
         from_document(controlled({"file": str(path)}))
     assert str(refused.value) == (
-        f"experiment: blocks.mpc.model: {path}: is a recording (HDF5); allowed: a model file, made by fesloop "
-        f"identify; identify it first: fesloop identify {shlex.quote(str(path))} --out own_model.toml")
+        f"experiment: blocks.mpc.model: {path}: is a recording (HDF5); allowed: a model file, made by "
+        f"fesloop identify; identify it first: fesloop identify {shlex.quote(str(path))} "
+        "--out own_model.toml")
 
 
 def test_any_patient_may_be_asked_for(tmp_path):

@@ -131,7 +131,8 @@ def test_summary_and_report_say_how_far_a_run_got_that_was_interrupted(tmp_path_
         last = recording.trials - 1
         until_s = recording.signal("finger.angles", last).times_ns[-1] / 1e9
         found = [each.text for each in troubles(recording, result.metrics)]
-        told = sentence_of(Known(recording, recording.trials, (last,), None, result.metrics, {}, (), frozenset()))
+        told = sentence_of(Known(recording, recording.trials, (last,), None, result.metrics, {}, (),
+                                 frozenset()))
     assert ("The run was interrupted" in told) == (result.status == "interrupted")
     if result.status == "interrupted":
         which = f" in trial {last} (of 0 to {trials - 1})" if trials > 1 else ""

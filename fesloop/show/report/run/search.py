@@ -211,8 +211,8 @@ def _sentence(recording: Recording, score: SearchScore, asked: Sequence[Asked], 
         return f"{told_first} It recommends nothing."
     quality = metrics.get("found_true_quality", np.nan)
     measured = metrics.get("found_measured_quality", np.nan)
-    truly = f", of quality {measured:.2f} by the tracker and truly {quality:.2f}" if np.isfinite(quality) else \
-        ", whose true quality is unknown because it was not queried itself"
+    truly = f", of quality {measured:.2f} by the tracker and truly {quality:.2f}" \
+        if np.isfinite(quality) else ", whose true quality is unknown because it was not queried itself"
     text = f"{told_first} It recommends {_electrode(elements)} at {current_ma:g} mA{truly}"
     if score.optimum is not None and np.isfinite(quality):
         share = 100.0 * quality / score.optimum
