@@ -121,10 +121,10 @@ above the first one's, or twice the least and a degree above it, where the trial
 
 def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -> list[Trouble]:
     """Find the troubles of a run, the most important first; `cause` of its failure, if known."""
-    found = (_broken_off(recording, cause), _recording(recording), _pose(recording),
-             _safety(recording, metrics), _failures(recording),
-             (*_notes(recording), *_other_axis(metrics)), (*_unanswered(metrics), *_not_held(metrics)),
-             _no_better(metrics), _rose(recording, metrics))
+    found: tuple[Iterable[str | Trouble], ...] = (
+        _broken_off(recording, cause), _recording(recording), _pose(recording), _safety(recording, metrics),
+        _failures(recording), (*_notes(recording), *_other_axis(metrics)),
+        (*_unanswered(metrics), *_not_held(metrics)), _no_better(metrics), _rose(recording, metrics))
     every = [each if isinstance(each, Trouble) else Trouble(kind, each)
              for kind, several in zip(KINDS, found, strict=True) for each in several]
     return every if comparable(every) else [each for each in every if each.kind != "rose"]

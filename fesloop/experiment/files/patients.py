@@ -184,7 +184,7 @@ def hand_plant(blocks: Mapping[str, Any]) -> str:
     """Kind of the plant that is a hand; "" without one, or for a hand whose size is not a parameter."""
     for _, table in sorted(blocks.items()):
         made = registry.find(table["kind"])
-        if is_plant(made) and "hand" in hints_of(made):
+        if "hand" in hints_of(made) and is_plant(made):
             return str(table["kind"])
     return ""
 
