@@ -91,9 +91,14 @@ class Contact:
         for key in ("lasts_ms", "lost_ms"):
             duration_ns(getattr(self, key), NS_PER_MS, f"contact.{key}")
 
+    @property
+    def lost_n(self) -> float:
+        """Force below which contact is lost, N."""
+        return _LOST * self.force_n
+
     def look(self, touch: Touch, grip_n: float, now_ns: int) -> None:
         """Update in `touch` whether an object is held."""
-        against = grip_n < _LOST * self.force_n if touch.holding else grip_n > self.force_n
+        against = grip_n < self.lost_n if touch.holding else grip_n > self.force_n
         if not against:
             touch.since_ns = NEVER
             return

@@ -22,6 +22,7 @@ from fesloop.loop.signals import Sample
 from fesloop.models.linear_model import Recruitment
 
 RATE, PERIOD_NS, AGE_NS = "50", NS_PER_S // 50, 20_000_000
+GRASP_RATE = "40"
 
 
 def pid(**changes: object) -> Pid:
@@ -76,22 +77,77 @@ def mpc_program(block: Mpc, *wired: str):
     return mpc_c.program(block, Context("control", clock=RateClock.from_rate(RATE)), frozenset(wired))
 
 
-def closed_loop(block: Mpc | TunedPid, kind: np.dtype, steps: int, seed: int) -> np.ndarray:
-    """Records of a run of the block on a finger that is 40 % stronger than its model, with a noisy sensor.
+def grasping(**changes: object) -> Mpc:
+    """The controller of a grasp with a glove of force sensors, as shipped."""
+    return replace(fesloop.load("grasp_mpc").wiring.node("controller").part, **changes)
 
-    The reference asks for more than the finger can do; the sensor has pauses and values that are not finite.
+
+def grasping_program(block: Mpc, ticks: int = 0):
+    context = Context("control", clock=RateClock.from_rate(GRASP_RATE))
+    return mpc_c.program(block, context, frozenset(("reference_preview", "force")), ticks)
+
+
+def pressed(sensors: int, steps: int, rng: np.random.Generator) -> np.ndarray:
+    """Forces (steps, sensors), N, of a hand that touches something for seconds, and bounces."""
+    forces = np.zeros((steps, sensors))
+    k = 60
+    while k < steps:
+        lasts = int(rng.integers(1, 160))
+        touched = rng.random(sensors) < 0.3
+        forces[k:k + lasts, touched] = rng.uniform(0.1, 3.0)
+        k += lasts + int(rng.integers(1, 120))
+    forces += rng.normal(0.0, 0.03, forces.shape)
+    forces[rng.random(steps) < 0.002, 0] = np.nan
+    return forces
+
+
+def closed_loop(
+    block: Mpc | TunedPid, kind: np.dtype, steps: int, seed: int, rate: str = RATE
+) -> np.ndarray:
+    """Records of a run of the block on a plant that is 40 % stronger than its model, with a noisy sensor.
+
+    The reference asks for more than a finger can do; the sensor has pauses and values that are not finite.
+    Where forces are felt, an object blocks the last two outputs.
     """
-    rng = np.random.default_rng(seed)
-    plant = block.model.sampled(PERIOD_NS, 5_000_000)
+    context = Context("block", clock=RateClock.from_rate(rate))
+    return one_trial(block, block.init(context), kind, steps, np.random.default_rng(seed), context.clock)[0]
+
+
+def remembering(
+    block: Mpc, kind: np.dtype, steps: int, seed: int, trials: int, strength: float
+) -> tuple[np.ndarray, bool]:
+    """Records of trials of different lengths, as of `closed_loop`, and whether the learning stopped."""
+    rng, context = np.random.default_rng(seed), Context("block", clock=RateClock.from_rate(GRASP_RATE))
+    state, rows, between = block.init(context), [], np.zeros(1, kind)
+    between["time_ns"] = NEXT_TRIAL
+    for trial in range(trials):
+        if trial:
+            state = block.next_trial(state, context)
+            rows.append(between)
+        length = steps - int(rng.integers(0, 3))
+        rows.append(one_trial(block, state, kind, length, rng, context.clock, strength)[0])
+    return np.concatenate(rows), state.course.progress.stopped
+
+
+def one_trial(
+    block: Mpc | TunedPid, state: object, kind: np.dtype, steps: int, rng: np.random.Generator,
+    clock: RateClock, strength: float = 1.4,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Records of a trial, and the block's pulses."""
+    plant, period = block.model.sampled(clock.tick(1), 5_000_000), clock.tick(1)
     records = np.zeros(steps + 1, kind)
-    t = np.arange(steps + 40) * 0.02
+    t = np.arange(steps + 40) * period / NS_PER_S
     course = np.radians([30.0, 35.0, 20.0]) + np.radians([22.0, 28.0, 15.0]) * (
         0.6 * np.sign(np.sin(0.9 * t)) + 0.4 * np.sin(2.3 * t))[:, None]
-    context = Context("block", clock=RateClock.from_rate(RATE))
-    state, tick, x, y = block.init(context), Tick(), np.zeros(len(plant.a)), plant.offset
-    captured, paused = -1, 0
+    tick, x, y = Tick(), np.zeros(len(plant.a)), plant.offset
+    captured, paused, issued = -1, 0, []
+    if "force" in kind.names:
+        felt = np.arange(steps) >= 40
+        records["force"][:steps] = pressed(kind["force"].shape[0], steps, rng)
+        late = rng.integers(10, 20, steps) * 1_000_000 + 600_000_000 * (rng.random(steps) < 0.01)
+        records["force_newest_ns"][:steps] = np.where(felt, np.arange(steps) * period - late, -1)
     for k in range(steps):
-        now = k * PERIOD_NS
+        now = k * period
         record = records[k]
         if "reference_preview" in kind.names:
             coming = kind["reference_preview"].shape[0]
@@ -125,10 +181,14 @@ def closed_loop(block: Mpc | TunedPid, kind: np.dtype, steps: int, seed: int) ->
         samples[measured_at] = Sample(np.array(record["measured"]), captured, captured,
                                       now if captured >= 0 else -1)
         (pulses,) = block.step(state, samples, tick)
+        issued.append(np.ravel(pulses))
         drive = block.model.recruitment.fraction(pulses)
-        x = plant.a @ x + plant.b @ (1.4 * drive)
-        y = plant.c @ x + plant.offset
-    return records[:steps]
+        x = plant.a @ x + plant.b @ (strength * drive)
+        free = plant.c @ x + plant.offset
+        if "force" in kind.names and state.touch.holding:
+            free[1:] = y[1:]
+        y = free
+    return records[:steps], np.array(issued)
 
 
 def ilc(**changes: object) -> Ilc:

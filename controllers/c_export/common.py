@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from controllers.allocation import LEAST_FRACTION, Allocation
+from controllers.progress import FAR_WORSE, WORSE
 from fesloop.c_code.program import array, define, template
-from fesloop.errors import InputError
 
 PACKAGE = "controllers.c_export"
 ALLOCATION_FLOPS, ALLOCATION_CALLS = 54, 7
@@ -16,12 +19,34 @@ OK, NO_INPUT, SATURATED, NON_FINITE, STALE_INPUT = (
     ("OK", "a channel's drive was computed from these inputs"), ("NO_INPUT", "an input has not arrived yet"),
     ("SATURATED", "a channel is at its longest pulse"), ("NON_FINITE", "an input is not finite"),
     ("STALE_INPUT", "the newest capture is too old"))
+NO_FORCE = ("NO_FORCE", "forces are not finite or too old: contact is as before")
 
 
-def no_contact(where: str) -> InputError:
-    """Fault of a controller to which force sensors are wired."""
-    return InputError(f"{where}.force", "is wired, and contact is not available in C", "no force sensors",
-                      "remove the wire; in the shipped grasps, --set glove=grip_only does so")
+SPLINE_STATE = (
+    "int64_t stamp_ns[BLOCK_SAMPLES];              /* captures, each once */",
+    "double knot[BLOCK_SAMPLES], value[BLOCK_SAMPLES], moment[BLOCK_SAMPLES], above[BLOCK_SAMPLES];",
+)
+"""State of spline.c, beside `scratch` of as many numbers or more."""
+PROGRESS_STATE = (
+    "double least, before;                         /* rad, least error and that of the trial before */",
+    "int trials, worse, stopped;                   /* noted; successive worse ones; at its end */",
+)
+"""State of progress.c."""
+
+
+def progress_settings(stop_after: int) -> tuple[str, ...]:
+    """Constants of progress.c."""
+    return (define("STOP_AFTER", stop_after, "worse trials that end the learning; 0: never"),
+            define("WORSE", WORSE, "least error times this, and growth, make a trial worse"),
+            define("FAR_WORSE", FAR_WORSE, "least error times this makes a trial worse"))
+
+
+def low_pass_settings(section: NDArray[np.float64], cutoff_hz: float) -> tuple[str, ...]:
+    """Constants of low_pass.c from b0 b1 b2 a0 a1 a2, (6,)."""
+    from scipy.signal import sosfilt_zi
+
+    return (array("SECTION", section, f"b0 b1 b2 a0 a1 a2 of the low-pass, {cutoff_hz:g} Hz"),
+            array("SECTION_STEADY", sosfilt_zi(section[np.newaxis])[0], "its state for an input of 1"))
 
 
 def head() -> str:

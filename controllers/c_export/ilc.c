@@ -1,42 +1,5 @@
 
-/* ---- Posture at the ticks, from samples of known capture. ---- */
-
-/* Second derivatives of the cubic spline through `count` knots, 4 or more, whose third derivative is continuous at
- * the second and the last but one ("not a knot"). */
-static void spline(block_state *state, int count)
-{
-    const double *x = state->knot, *y = state->value;
-    double *m = state->moment, *diagonal = state->scratch;
-    for (int i = 1; i < count - 1; i++) {
-        const double before = x[i] - x[i - 1], after = x[i + 1] - x[i];
-        double left = before, right = after, right_side;
-        diagonal[i] = 2.0 * (before + after);
-        if (i == 1) diagonal[i] += before * (1.0 + before / after), right -= before * before / after;
-        if (i == count - 2) diagonal[i] += after * (1.0 + after / before), left -= after * after / before;
-        right_side = 6.0 * ((y[i + 1] - y[i]) / after - (y[i] - y[i - 1]) / before);
-        if (i > 1) {
-            const double share = left / diagonal[i - 1];
-            diagonal[i] -= share * state->above[i - 1];
-            right_side -= share * m[i - 1];
-        }
-        state->above[i] = right;
-        m[i] = right_side;
-    }
-    m[count - 2] /= diagonal[count - 2];
-    for (int i = count - 3; i >= 1; i--) m[i] = (m[i] - state->above[i] * m[i + 1]) / diagonal[i];
-    double ratio = (x[1] - x[0]) / (x[2] - x[1]);
-    m[0] = m[1] + ratio * (m[1] - m[2]);
-    ratio = (x[count - 1] - x[count - 2]) / (x[count - 2] - x[count - 3]);
-    m[count - 1] = m[count - 2] + ratio * (m[count - 2] - m[count - 3]);
-}
-
-static double between(const block_state *state, int i, double at)
-{
-    const double h = state->knot[i + 1] - state->knot[i];
-    const double b = (at - state->knot[i]) / h, a = 1.0 - b;
-    return a * state->value[i] + b * state->value[i + 1]
-           + ((a * a * a - a) * state->moment[i] + (b * b * b - b) * state->moment[i + 1]) * h * h / 6.0;
-}
+/* ---- Errors at the ticks, from samples of known capture. ---- */
 
 /* Error of one output at each tick with a usable measurement; others are not covered. */
 static void errors_of(block_state *state, int o)
@@ -58,14 +21,9 @@ static void errors_of(block_state *state, int o)
         state->moment[count++] = 0.0;
     }
     if (count >= 4) spline(state, count);
-    for (int k = 0, i = 0; k < SAMPLES && count > 0; k++) {
-        const int64_t tick_ns = state->ticks_ns[k];
-        if (tick_ns < state->stamp_ns[0] || tick_ns > state->stamp_ns[count - 1] || k < BEGINS) continue;
-        while (i < count - 1 && state->stamp_ns[i] < tick_ns) i++; /* the first capture at or after the tick */
-        const int64_t gap_ns = state->stamp_ns[i] - state->stamp_ns[i > 0 ? i - 1 : 0];
-        if (state->stamp_ns[i] != tick_ns && gap_ns > GAP_MAX_NS) continue;
-        const double at = (double)(tick_ns - state->stamp_ns[0]) / 1e9;
-        const double posture = count == 1 ? state->value[0] : between(state, i > 0 ? i - 1 : 0, at);
+    for (int k = BEGINS, place = 0; k < SAMPLES; k++) {
+        double posture;
+        if (!enclosed(state, count, state->ticks_ns[k], &place, &posture)) continue;
         state->covered[k][o] = 1;
         state->error[k][o] = state->reference[k][o] - posture;
     }
@@ -152,23 +110,6 @@ static double doubtful_share(const block_state *state)
     return came > 0 ? (double)doubtful / ((double)came * OUTPUTS) : 0.0;
 }
 
-/* Note the error of a trial: the best one is kept, and two worse ones in succession end the learning. */
-static void note_progress(block_state *state, double error)
-{
-    const double least = state->trials > 0 ? state->least : INFINITY;
-    const double before = state->trials > 0 ? state->before : INFINITY;
-    const double limit = WORSE * least > before ? WORSE * least : before;
-    if (error < least) {
-        for (int k = 0; k < SAMPLES; k++)
-            for (int m = 0; m < MUSCLES; m++) state->best[k][m] = state->drives[k][m];
-        state->least = error;
-    }
-    state->worse = error > FAR_WORSE * least || error > limit ? state->worse + 1 : 0;
-    state->stopped = STOP_AFTER > 0 && state->worse >= STOP_AFTER;
-    state->before = error;
-    state->trials++;
-}
-
 static void take_best(block_state *state)
 {
     for (int k = 0; k < SAMPLES; k++)
@@ -195,7 +136,9 @@ void block_next_trial(block_state *state)
                 weights += OUTPUT_WEIGHT[o];
             }
     if (weights > 0.0) {
-        note_progress(state, sqrt(squares / weights));
+        if (note_progress(state, sqrt(squares / weights)))
+            for (int k = 0; k < SAMPLES; k++)
+                for (int m = 0; m < MUSCLES; m++) state->best[k][m] = state->drives[k][m];
         if (state->stopped) {
             take_best(state);
             begin_trial(state);

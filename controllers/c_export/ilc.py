@@ -7,12 +7,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import sosfilt_zi
 
 from controllers.c_export import common
 from controllers.ilc.block import Ilc
 from controllers.ilc.laws import PADDING, Learning, low_pass, static_gain
-from controllers.progress import FAR_WORSE, WORSE
 from controllers.timing import period_ns
 from controllers.trajectories import strongest
 from fesloop.c_code.program import Operations, Program, array, define, template
@@ -38,18 +36,20 @@ def _faults(block: Ilc, where: str, wired: frozenset[str]) -> Iterator[InputErro
         yield InputError(f"{where}.trial_charge_max_uc", "is not available in C", "no limit",
                          "limit charge in the safety block")
     if "force" in wired:
-        yield common.no_contact(where)
+        yield InputError(f"{where}.force", "is wired, and contact is not available in C", "no force sensors",
+                         "remove the wire; in the shipped grasps, --set glove=grip_only does so")
 
 
 class _Law(NamedTuple):
-    """Settings, members of the state and operations a trial of a learning law."""
+    """Settings, members of the state, operations a trial and further sources of a learning law."""
 
     settings: tuple[str, ...]
     state: tuple[str, ...]
     flops: int
+    sources: tuple[str, ...] = ()
 
 
-def program(block: Ilc, context: Context, wired: frozenset[str] = frozenset()) -> Program:
+def program(block: Ilc, context: Context, wired: frozenset[str] = frozenset(), ticks: int = 0) -> Program:
     """The controller with the period of its clock; `wired` are the inputs that have a wire.
 
     Raises InputError for laws that solve a quadratic programme over a trial or bend recruitment, for a bank
@@ -77,9 +77,7 @@ def program(block: Ilc, context: Context, wired: frozenset[str] = frozenset()) -
         define("SD_MAX", math.radians(block.sd_max_deg), "rad, standard deviation of a usable measurement"),
         f"#define DISTRUSTED(in, output) ({' || '.join(distrust) or '(void)(output), 0'})",
         define("REJECT_SHARE", block.reject_share, "share of doubtful measurements that rejects a trial"),
-        define("STOP_AFTER", block.stop_after, "worse trials that end the learning; 0: never"),
-        define("WORSE", WORSE, "least error times this, and growth, make a trial worse"),
-        define("FAR_WORSE", FAR_WORSE, "least error times this makes a trial worse"),
+        *common.progress_settings(block.stop_after),
         define("FORGETTING", block.forgetting, "share of the drives forgotten a trial"),
         define("SLEW", block.slew, "greatest change of a drive from tick to tick"),
         array("FIRST_DRIVE", block.first_drive or (0.0,) * muscles, "drive of the first trial"),
@@ -107,8 +105,8 @@ def program(block: Ilc, context: Context, wired: frozenset[str] = frozenset()) -
         code=(
             common.head(),
             common.allocation_code(),
-            template(common.PACKAGE, f"ilc_{block.law}.c"),
-            template(common.PACKAGE, "ilc.c"),
+            *(template(common.PACKAGE, name)
+              for name in (*law.sources, f"ilc_{block.law}.c", "spline.c", "progress.c", "ilc.c")),
         ),
         operations=Operations(
             pulses + 2 * outputs,
@@ -131,15 +129,13 @@ _STATE = (
     "double drives[BLOCK_SAMPLES][BLOCK_MUSCLES];  /* of this trial */",
     "double first[BLOCK_SAMPLES][BLOCK_MUSCLES];   /* of the first trial */",
     "double best[BLOCK_SAMPLES][BLOCK_MUSCLES];    /* of the trial of least error */",
-    "double least, before;                         /* rad, least error and that of the trial before */",
-    "int trials, worse, stopped;                   /* noted; successive worse ones; at its end */",
+    *common.PROGRESS_STATE,
     "int64_t ticks_ns[BLOCK_SAMPLES], captured_ns[BLOCK_SAMPLES]; /* record of this trial */",
     "double measured[BLOCK_SAMPLES][BLOCK_OUTPUTS], reference[BLOCK_SAMPLES][BLOCK_OUTPUTS]; /* rad */",
     "unsigned char doubtful[BLOCK_SAMPLES][BLOCK_OUTPUTS], covered[BLOCK_SAMPLES][BLOCK_OUTPUTS];",
     "double error[BLOCK_SAMPLES][BLOCK_OUTPUTS];   /* rad, between trials; as all that follows */",
     "double next[BLOCK_SAMPLES][BLOCK_MUSCLES], change[BLOCK_SAMPLES][BLOCK_MUSCLES];",
-    "int64_t stamp_ns[BLOCK_SAMPLES];",
-    "double knot[BLOCK_SAMPLES], value[BLOCK_SAMPLES], moment[BLOCK_SAMPLES], above[BLOCK_SAMPLES];",
+    *common.SPLINE_STATE,
     f"double scratch[BLOCK_SAMPLES + {2 * PADDING}];",
 )
 
@@ -155,12 +151,9 @@ def _law(block: Ilc, learning: Learning, model: SampledModel) -> _Law:
             f"#define PADDING {min(PADDING, samples - 1)} /* samples by which a trial is extended */",
         ]
         if learning.cutoff > 0.0:
-            section = low_pass(learning.cutoff)
-            settings += [
-                array("SECTION", section[0], f"b0 b1 b2 a0 a1 a2 of the low-pass, {block.cutoff_hz:g} Hz"),
-                array("SECTION_STEADY", sosfilt_zi(section)[0], "its state for an input of 1"),
-            ]
-        return _Law(tuple(settings), (), samples * muscles * (3 * outputs + 20) + 40 * PADDING * muscles)
+            settings += common.low_pass_settings(low_pass(learning.cutoff)[0], block.cutoff_hz)
+        return _Law(tuple(settings), (), samples * muscles * (3 * outputs + 20) + 40 * PADDING * muscles,
+                    ("low_pass.c",) if learning.cutoff > 0.0 else ())
     matrices = (
         array("MODEL_A", model.a, "sampled model: states from states"),
         array("MODEL_B", model.b, "states from drives"),

@@ -15,34 +15,15 @@ static void learn_change(block_state *state)
     }
 }
 
-#if LOW_PASS
-/* Second-order section, in place, from its steady state at the first value; `stride` -1 runs backward. */
-static void section(double *x, int count, int stride)
-{
-    double z0 = SECTION_STEADY[0] * *x, z1 = SECTION_STEADY[1] * *x;
-    for (int k = 0; k < count; k++, x += stride) {
-        const double in = *x, out = SECTION[0] * in + z0;
-        z0 = SECTION[1] * in - SECTION[4] * out + z1;
-        z1 = SECTION[2] * in - SECTION[5] * out;
-        *x = out;
-    }
-}
-#endif
-
-/* Forward and backward, with PADDING samples mirrored about either end. */
+/* Low-pass of the drives, if there is one. */
 static void smooth(block_state *state)
 {
 #if LOW_PASS
-    double *padded = state->scratch;
+    double *values = state->scratch + PADDING;
     for (int m = 0; m < MUSCLES; m++) {
-        for (int k = 0; k < SAMPLES; k++) padded[PADDING + k] = state->next[k][m];
-        for (int k = 1; k <= PADDING; k++) {
-            padded[PADDING - k] = 2.0 * state->next[0][m] - state->next[k][m];
-            padded[PADDING + SAMPLES - 1 + k] = 2.0 * state->next[SAMPLES - 1][m] - state->next[SAMPLES - 1 - k][m];
-        }
-        section(padded, SAMPLES + 2 * PADDING, 1);
-        section(padded + SAMPLES + 2 * PADDING - 1, SAMPLES + 2 * PADDING, -1);
-        for (int k = 0; k < SAMPLES; k++) state->next[k][m] = padded[PADDING + k];
+        for (int k = 0; k < SAMPLES; k++) values[k] = state->next[k][m];
+        low_pass(values, SAMPLES, PADDING);
+        for (int k = 0; k < SAMPLES; k++) state->next[k][m] = values[k];
     }
 #else
     (void)state;

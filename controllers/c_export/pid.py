@@ -11,7 +11,7 @@ from fesloop.c_code.program import Operations, Program, array, define, template
 from fesloop.loop.block import Context
 
 
-def program(block: Pid, context: Context, wired: frozenset[str] = frozenset()) -> Program:
+def program(block: Pid, context: Context, wired: frozenset[str] = frozenset(), ticks: int = 0) -> Program:
     """The controller with the period of its clock."""
     allocation, joints, muscles = block.allocation(), block.joints, block.muscles
     linear = block.recruitment_curve == "linear"

@@ -13,7 +13,9 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S
 
 
-def program(block: TunedPid, context: Context, wired: frozenset[str] = frozenset()) -> Program:
+def program(
+    block: TunedPid, context: Context, wired: frozenset[str] = frozenset(), ticks: int = 0
+) -> Program:
     """The controller with the period of its clock; `wired` are the inputs that have a wire."""
     state, outputs, muscles = block.init(context), block.model.outputs, block.model.inputs
     preview = block.preview if "reference_preview" in wired else 0

@@ -154,7 +154,7 @@ def build_problem(mpc: MpcParameters, state: MpcState, loop: Loop, gain: Array, 
     return Problem(*vectors, fault)
 
 
-_SLACK = 1e-4
+SLACK = 1e-4
 """Tolerance on prescribed drives, so that the programme has an interior (chosen; without effect)."""
 
 
@@ -183,7 +183,7 @@ def _prescribe(mpc: MpcParameters, problem: Problem, led: Array, muscles: int) -
     """Restrict `grasping_channels` to their drives in `led` (unknowns,), within the problem's bounds."""
     steps = np.arange(mpc.horizon)[:, np.newaxis] * muscles
     given = (steps + np.array(mpc.grasping_channels)).ravel()
-    low = np.minimum(np.maximum(led[given] - _SLACK, problem.lower[given]), problem.upper[given])
-    problem.lower[given], problem.upper[given] = low, np.minimum(low + 2.0 * _SLACK, problem.upper[given])
+    low = np.minimum(np.maximum(led[given] - SLACK, problem.lower[given]), problem.upper[given])
+    problem.lower[given], problem.upper[given] = low, np.minimum(low + 2.0 * SLACK, problem.upper[given])
     problem.below[given] = problem.lower[given] - problem.best[given]
     problem.above[given] = problem.upper[given] - problem.best[given]

@@ -151,7 +151,7 @@ class Memory:
         """RMS error of a trial, rad; None where nothing was measured that counts."""
         if not course.indices:
             return None
-        posture, covered = course.posture(period_ns, self._gap_ns(period_ns))
+        posture, covered = course.posture(period_ns, self.gap_ns(period_ns))
         at = np.array(course.indices[:-1], dtype=np.int64) + 1
         wanted = np.array(course.wanted[:-1]).reshape(at.size, -1)
         heed = np.isfinite(wanted) & covered[at, np.newaxis]
@@ -163,8 +163,24 @@ class Memory:
         errors = np.where(heed, posture[at] - wanted, 0.0)
         return math.sqrt(float(np.sum(weights * errors**2)) / total) if total > 0.0 else None
 
-    def _gap_ns(self, period_ns: int) -> int:
+    def gap_ns(self, period_ns: int) -> int:
+        """Longest distance of two captures between which the posture is interpolated."""
         return max(round(self.max_gap_ms * NS_PER_MS), 2 * period_ns)
+
+    def section(self, period_ns: int) -> Array:
+        """Second-order section of the low-pass, (1, 6)."""
+        from scipy.signal import butter  # 0.5 s to import
+
+        section: Array = butter(2, self._cutoff(period_ns), output="sos")
+        return section
+
+    def padding(self, period_ns: int) -> int:
+        """Number of samples by which a trial is extended on either side for the low-pass."""
+        return math.ceil(3.0 / self._cutoff(period_ns))
+
+    def _cutoff(self, period_ns: int) -> float:
+        """Cut-off as a share of half the rate."""
+        return 2.0 * self.cutoff_hz * period_ns / NS_PER_S
 
     def learnt(self, course: Course, model: SampledModel, period_ns: int, blocked: Sequence[int]) -> Array:
         """Disturbance (samples, outputs), rad, to expect in the trial after `course`.
@@ -179,7 +195,7 @@ class Memory:
             return course.expected
         samples, outputs = course.indices[-1] + 1, model.c.shape[0]
         before = course.expected_ahead(-1, samples)
-        posture, covered = course.posture(period_ns, self._gap_ns(period_ns))
+        posture, covered = course.posture(period_ns, self.gap_ns(period_ns))
         # Between two ticks that a busy controller missed, the drive is held.
         latest = np.searchsorted(course.indices, np.arange(samples), side="right") - 1
         drives = np.where(latest[:, np.newaxis] >= 0, np.array(course.drives)[np.maximum(latest, 0)], 0.0)
@@ -197,11 +213,10 @@ class Memory:
 
     def _smoothed(self, values: Array, period_ns: int) -> Array:
         """Values (samples,) without what is faster than the cut-off, which is below half the rate."""
-        share = 2.0 * self.cutoff_hz * period_ns / NS_PER_S
         if values.size < 2:
             return values
-        from scipy.signal import butter, sosfiltfilt  # 0.5 s to import
+        from scipy.signal import sosfiltfilt  # 0.5 s to import
 
-        smooth: Array = sosfiltfilt(butter(2, share, output="sos"), values, padtype="odd",
-                                    padlen=min(values.size - 1, math.ceil(3.0 / share)))
+        smooth: Array = sosfiltfilt(self.section(period_ns), values, padtype="odd",
+                                    padlen=min(values.size - 1, self.padding(period_ns)))
         return smooth

@@ -26,6 +26,8 @@ from fesloop.loop.signals import Port
 
 NO_COMPILER = "no C compiler (cc, gcc, clang) found, which an FMU's binary needs"
 
+_UNITS = {**BASE_UNITS, "N": {"kg": "1", "m": "1", "s": "-2"}}
+
 
 class _Variable(NamedTuple):
     """A real variable; its value reference is its place in the list."""
@@ -56,9 +58,9 @@ def write_fmu(program: Program, clock: RateClock, target: Path) -> str:
         raise InputError("format fmu", NO_COMPILER, "one", "install gcc, or export C sources with --format c")
     variables = list(_variables(program))
     for each in variables:
-        if each.unit not in BASE_UNITS:
+        if each.unit not in _UNITS:
             raise InputError(f"block {program.name}", f"{each.name} has the unit {each.unit!r}",
-                             ", ".join(BASE_UNITS), "export it as C")
+                             ", ".join(_UNITS), "export it as C")
     files = fmi_headers()
     files |= {f"sources/{name}": text.encode() for name, text in program.files().items()}
     glue = template("fesloop.c_code", "fmi2_block.c").replace("BLOCK_HEADER", f"{program.name}.h")
@@ -138,7 +140,7 @@ def _description(program: Program, variables: list[_Variable], clock: RateClock,
         SubElement(listed, "File", {"name": name})
     units = SubElement(root, "UnitDefinitions")
     for name in sorted({each.unit for each in variables}):
-        SubElement(SubElement(units, "Unit", {"name": name}), "BaseUnit", BASE_UNITS[name])
+        SubElement(SubElement(units, "Unit", {"name": name}), "BaseUnit", _UNITS[name])
     SubElement(
         root,
         "DefaultExperiment",

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from fesloop.experiment.specification import ExperimentSpecification
 
 GROUP = "fesloop.c_exporters"
-"""Group of entry points, by kind of block: functions (block, context, wired inputs) -> `Program`."""
+"""Group of entry points, by kind of block: functions (block, context, wired inputs, ticks of a trial) ->
+`Program`."""
 CodeForm = Literal["c", "fmu"]
 
 
@@ -41,9 +42,12 @@ def program_of(experiment: ExperimentSpecification, block: str) -> Program:
     write: Callable[..., Program] = exporters[kind].load()
     wired = frozenset(end.target.part.inputs[end.target_port].name
                       for end in experiment.wiring.connections if end.target is node)
-    program = write(node.part, node.context(experiment.seed, 0), wired)
-    return replace(program, axes=(*_angles(experiment, node, program), *_channels(experiment, node, program)),
-                   origin=_origin(experiment, node))
+    context = node.context(experiment.seed, 0)
+    ticks = context.clock.first_at_or_after(experiment.duration_ns) if context.clock else 0
+    program = write(node.part, context, wired, ticks)
+    axes = (*_angles(experiment, node, program), *_places(experiment, node, program),
+            *_channels(experiment, node, program))
+    return replace(program, axes=axes, origin=_origin(experiment, node))
 
 
 def _origin(experiment: ExperimentSpecification, node: Node) -> str:
@@ -74,6 +78,16 @@ def _angles(experiment: ExperimentSpecification, node: Node, program: Program) -
                   for number in range(len(names)))
     if counted:
         yield Axis("ANGLE", tuple(names), counted, -1, units)
+
+
+def _places(experiment: ExperimentSpecification, node: Node, program: Program) -> Iterator[Axis]:
+    """Names of the places of force sensors, as their source states them."""
+    from fesloop.c_code.program import Axis
+
+    read = {port.name for port in program.inputs if port.unit == "N" and port.shape}
+    for end in experiment.wiring.connections:
+        if end.target is node and (name := node.part.inputs[end.target_port].name) in read:
+            yield Axis("PLACE", end.source.part.outputs[end.source_port].row_names, (name,), 0)
 
 
 def _channels(experiment: ExperimentSpecification, node: Node, program: Program) -> Iterator[Axis]:

@@ -392,7 +392,7 @@ def parts_of_geoms(model: mujoco.MjModel) -> Numbers:
         name = model.geom(geom).name
         if name in PARTS:
             parts[geom] = PARTS.index(name)
-        elif name == "object":
+        elif model.body(model.geom_bodyid[geom]).name == "object":
             parts[geom] = OBJECT_PART
         elif model.geom_contype[geom] == PALM:
             parts[geom] = PARTS.index("palm")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import itemgetter
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import mujoco
 import numpy as np
@@ -18,10 +18,10 @@ from fesloop.loop.clock import NS_PER_S
 from plants.hand.model import OBJECT, SKIN_SOLIMP, SKIN_SOLREF, TABLE, TOUCHES
 
 Array = NDArray[np.float64]
-Shape = Literal["cylinder", "block", "ball", "card"]
+Shape = Literal["cylinder", "block", "ball", "card", "mug"]
 SIZES: dict[Shape, tuple[str, ...]] = {
     "cylinder": ("diameter", "height"), "block": ("x", "y", "z"), "ball": ("diameter",),
-    "card": ("width", "length", "thickness")}
+    "card": ("width", "length", "thickness"), "mug": ("diameter", "height", "wall", "handle")}
 """Meaning of `size_mm` by shape."""
 _GEOMS = {"cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER, "block": mujoco.mjtGeom.mjGEOM_BOX,
           "ball": mujoco.mjtGeom.mjGEOM_SPHERE, "card": mujoco.mjtGeom.mjGEOM_BOX}
@@ -30,7 +30,9 @@ TORSIONAL_M, ROLLING_M = 0.005, 0.0001
 5 mm wide; MuJoCo's default for rolling."""
 HARD_SOLREF = [0.005, 1.0]
 """Contact of object and table: apart again within 5 ms, critically damped (chosen: five steps of 1 ms)."""
-_GEOM, _BODY = mujoco.mjtObj.mjOBJ_GEOM, mujoco.mjtObj.mjOBJ_BODY
+_BODY = mujoco.mjtObj.mjOBJ_BODY
+LEAST_WALL_MM = 2.0
+"""Least thickness of a mug's wall (chosen: skin under 20 N lies 1 mm deep in what it touches)."""
 OVERLAP_M = 0.001
 """Chosen: greatest penetration of object, skin and table at the start."""
 
@@ -68,7 +70,9 @@ class GraspObject:
     Attributes
     ----------
     shape: its shape. size_mm: by shape: cylinder (diameter, height), along its z; block (x, y, z);
-        ball (diameter,); card (width, length, thickness), along its x, y, z.
+        ball (diameter,); card (width, length, thickness), along its x, y, z; mug (outer diameter, height,
+        thickness of wall and floor, how far the handle reaches beyond the wall), along its z with the handle
+        along its x (`fesloop.hand.mug`).
     mass_kg: mass, of uniform density.
     friction: coefficient against skin and table (skin on plastics .5 to 1; chosen).
     friction_stiffness: ratio of the stiffness of friction to that of normal force (MuJoCo's `impratio`). What
@@ -99,12 +103,22 @@ class GraspObject:
             raise InputError("object.size_mm", f"{self.size_mm}", f"{', '.join(SIZES[self.shape])}, mm")
         require_positive("object", self, "size_mm", "mass_kg", "friction_stiffness")
         require_not_negative("object", self, "friction", "given_at_s")
+        if self.shape == "mug":
+            self._require_a_mug()
         for key in ("position_m", "waits_m"):
             if not np.isfinite(getattr(self, key)).all():
                 raise InputError(f"object.{key}", f"{getattr(self, key)}", "three finite numbers, m")
         if not abs(math.hypot(*self.orientation) - 1.0) <= 1e-6:
             raise InputError("object.orientation", f"{self.orientation}",
                              "a quaternion (w, x, y, z) of length 1")
+
+    def _require_a_mug(self) -> None:
+        diameter, height, wall, _ = self.size_mm
+        most_mm = 0.5 * min(diameter, height)
+        if not LEAST_WALL_MM <= wall <= most_mm:
+            raise InputError("object.size_mm", f"a wall of {wall:g} mm",
+                             f"{LEAST_WALL_MM:g} to {most_mm:g} mm",
+                             "make it thicker, as skin presses through, or thinner, so that it is hollow")
 
     @property
     def start_m(self) -> list[float]:
@@ -163,14 +177,37 @@ class Table:
 
 
 def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
-    """Add the object as the last body, and its stiffness of friction; body and geom are named `object`."""
+    """Add the object as the last body, and its stiffness of friction.
+
+    Body and geom are named `object`; further geoms of a mug have names that begin so.
+    """
     spec.option.impratio = thing.friction_stiffness
     body = spec.worldbody.add_body(name="object", pos=thing.start_m, quat=thing.orientation)
     body.add_freejoint(name="object")
     # condim 4: a contact also resists twisting.
-    body.add_geom(name="object", type=_GEOMS[thing.shape], size=thing.half_sizes, mass=thing.mass_kg,
-                  condim=4, priority=1, friction=[thing.friction, thing.friction * TORSIONAL_M, ROLLING_M],
-                  solref=SKIN_SOLREF, solimp=SKIN_SOLIMP, contype=OBJECT, conaffinity=TOUCHES[OBJECT])
+    surface = {"condim": 4, "priority": 1, "solref": SKIN_SOLREF, "solimp": SKIN_SOLIMP, "contype": OBJECT,
+               "friction": [thing.friction, thing.friction * TORSIONAL_M, ROLLING_M],
+               "conaffinity": TOUCHES[OBJECT]}
+    if thing.shape == "mug":
+        _add_mug(body, thing, surface)
+    else:
+        body.add_geom(name="object", type=_GEOMS[thing.shape], size=thing.half_sizes, mass=thing.mass_kg,
+                      **surface)
+
+
+def _add_mug(body: Any, thing: GraspObject, surface: dict[str, Any]) -> None:
+    """Add the parts of a mug, the floor first, and the inertia of the round mug."""
+    from fesloop.hand.mug import Mug, inertia_of, parts_of
+
+    mug = Mug.of(thing.size_mm)
+    kinds = {"box": mujoco.mjtGeom.mjGEOM_BOX, "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+             "rod": mujoco.mjtGeom.mjGEOM_CAPSULE}
+    for number, part in enumerate(parts_of(mug)):
+        body.add_geom(name=f"object {number}" if number else "object", type=kinds[part.kind], size=part.half,
+                      pos=part.centre, quat=part.orientation, **surface)
+    body.mass, (body.ipos, inertia) = thing.mass_kg, inertia_of(mug, thing.mass_kg)
+    body.fullinertia = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    body.explicitinertial = True
 
 
 def add_table(spec: mujoco.MjSpec, table: Table) -> None:
@@ -180,17 +217,18 @@ def add_table(spec: mujoco.MjSpec, table: Table) -> None:
     body.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_BOX, size=[*table.half_m, 0.005],
                   friction=[table.friction, TORSIONAL_M * table.friction, ROLLING_M], contype=TABLE,
                   conaffinity=TOUCHES[TABLE])
-    thing = spec.geom("object")
-    if thing is not None:
+    thing = spec.body("object")
+    for geom in thing.geoms if thing is not None else ():
         # No skin is between the two.
-        slide, twist, roll = thing.friction
-        spec.add_pair(geomname1="object", geomname2="table", condim=4, solref=HARD_SOLREF,
+        slide, twist, roll = geom.friction
+        spec.add_pair(geomname1=geom.name, geomname2="table", condim=4, solref=HARD_SOLREF,
                       friction=[slide, slide, twist, roll, roll])
 
 
 def deepest(model: mujoco.MjModel, data: mujoco.MjData, names: Sequence[str]) -> Contact:
-    """Deepest contact of the named geoms; of infinite distance if they touch nothing."""
-    known = {model.geom(name).id for name in names if mujoco.mj_name2id(model, _GEOM, name) >= 0}
+    """Deepest contact of the geoms of named bodies; of infinite distance if they touch nothing."""
+    bodies = [mujoco.mj_name2id(model, _BODY, name) for name in names]
+    known = set(np.flatnonzero(np.isin(model.geom_bodyid, bodies)).tolist())
     theirs = [contact for contact in zip(data.contact.dist.tolist(), data.contact.geom.tolist(), strict=True)
               if not known.isdisjoint(contact[1])]
     if not theirs:
@@ -228,7 +266,8 @@ def require_apart(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     mujoco.mj_forward(model, data)
     contact = deepest(model, data, ("object", "table"))
     if contact.distance_m < -OVERLAP_M:
-        thing = "object" if "object" in contact.geoms else "table"
-        other = contact.geoms[1 - contact.geoms.index(thing)]
+        things = [geom.split()[0] for geom in contact.geoms]
+        thing = "object" if "object" in things else "table"
+        other = contact.geoms[1 - things.index(thing)]
         raise InputError(f"hand.{thing}", f"reaches {-1e3 * contact.distance_m:.1f} mm into {other} at the "
                          "start", f"{1e3 * OVERLAP_M:g} mm at most", "move it, or the hand")

@@ -122,18 +122,27 @@ def test_headers_name_joints_and_channels(tmp_path):
         assert f"CONTROLLER_CHANNEL_{channel}, /* elements {elements} */" in header
 
 
-def test_the_controller_of_a_grasp_is_exported_as_the_refusal_says(tmp_path):
-    """Its header names patient and model, and the unit of each row."""
-    with pytest.raises(InputError, match="contact is not available in C") as refused:
-        program_of(fesloop.load("grasp_mpc"), "controller")
-    setting = re.search(r"--set (\S+) does so", str(refused.value))[1]
-    program = program_of(fesloop.load("grasp_mpc", [setting, "follow=aperture"]), "controller")
+def test_the_controller_of_a_grasp_is_exported_as_shipped():
+    """Its header names patient and model, the unit of each row, and the places of the force sensors."""
+    program = program_of(fesloop.load("grasp_mpc", ["follow=aperture"]), "controller")
     header = " ".join(re.sub(r"\n \*", " ", program.files()["controller.h"]).split())
     digest = load_patient_model(Path("grasp_sci_c6_aperture")).model.digest()
     assert f"Made of: experiment grasp_mpc; patient sci_c6; model with the SHA-256 {digest}" in header
     assert "CONTROLLER_ANGLE_WRIST_EXTENSION, /* rad */" in header
+    places = fesloop.load("grasp_mpc").wiring.node("force").part.places
+    constants = " ".join(f"CONTROLLER_PLACE_{place.upper()}," for place in places)
+    assert f"/* first index of force */ enum {{ {constants} CONTROLLER_PLACES = {len(places)} }};" in header
+    assert f"double force[{len(places)}]; /* N */ int64_t force_newest_ns;" in header
     per_mm = float(re.search(r"CONTROLLER_ANGLE_GRIP_APERTURE, /\* rad, (\S+) for each mm \*/", header)[1])
     assert per_mm == pytest.approx(math.radians(1.0), rel=1e-15)
+
+
+def test_learning_control_in_contact_is_refused_with_a_setting_that_helps():
+    law = "law=noilc"
+    with pytest.raises(InputError, match="contact is not available in C") as refused:
+        program_of(fesloop.load("grasp_ilc", [law]), "controller")
+    setting = re.search(r"--set (\S+) does so", str(refused.value))[1]
+    assert program_of(fesloop.load("grasp_ilc", [law, setting]), "controller").sizes["MUSCLES"] == 8
 
 
 @given(st.integers(0, 2), st.floats(-1.0, 1.0), st.sampled_from(["a", "b", "c", "offset"]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 
@@ -10,6 +11,8 @@ import pytest
 from c_code_parts import record_type
 from c_controller_parts import (
     closed_loop,
+    grasping,
+    grasping_program,
     hour,
     ilc,
     ilc_program,
@@ -17,12 +20,14 @@ from c_controller_parts import (
     mpc_program,
     pid,
     pid_program,
+    remembering,
     trials,
     tuned_pid,
     tuned_pid_program,
 )
 
 from controllers.c_export.ilc import LAWS
+from controllers.mpc.memory import Memory
 
 _COUNTED = """
 #include <stdint.h>
@@ -86,8 +91,7 @@ def counted(program, records, folder) -> tuple[int, ...]:
         (folder / name).write_text(text)
     between = f"{program.name}_next_trial(&state)" if program.between else ""
     # C++ wants a constructor for the state at rest, and no const one without a value
-    code = (folder / f"{program.name}.c").read_text().replace(
-        f"static const {program.name}_state at_rest;", f"static {program.name}_state at_rest;")
+    code = re.sub(r"static const (\w+ at_rest;)", r"static \1", (folder / f"{program.name}.c").read_text())
     (folder / "main.cpp").write_text(
         _COUNTED + code + _MAIN.replace("NAME", program.name).replace("BETWEEN", between))
     done = subprocess.run(
@@ -132,6 +136,21 @@ def test_predictive_control_stays_below_its_worst_case(tmp_path, monkeypatch):
     print(f"{flops} of at most {program.operations.flops}")
     assert 0.05 * program.operations.flops < flops <= program.operations.flops
     assert calls <= program.operations.calls
+
+
+@needs_gxx
+def test_contact_and_memory_stay_below_their_worst_case(tmp_path, monkeypatch):
+    import controllers.c_export.mpc as in_c
+
+    monkeypatch.setattr(in_c, "DEFAULT_ITERATIONS", 40)
+    block = grasping(horizon=10, memory=Memory())
+    program = grasping_program(block, 300)
+    records, _ = remembering(block, record_type(program), 300, 1, 3, 1.4)
+    flops, calls, between = counted(program, records, tmp_path)
+    print(f"{flops} of at most {program.operations.flops}, between {between} of {program.operations.between}")
+    assert 0.05 * program.operations.flops < flops <= program.operations.flops
+    assert calls <= program.operations.calls
+    assert 0.4 * program.operations.between <= between <= program.operations.between
 
 
 @needs_gxx

@@ -1,5 +1,7 @@
 """Postures out of a recording, against where MuJoCo had the sensors and the tips."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -94,6 +96,24 @@ def test_object_and_table_stand_where_they_were_put_and_sink_when_told(grasp):
     assert top.position[2] + top.half[2] == pytest.approx(-0.0601)
     # From .1 s on the table sinks .1 m/s.
     assert scenes[2][1].position[2] == pytest.approx(top.position[2] - 0.03)
+
+
+def test_a_mugs_solids_follow_its_pose():
+    """A corner of the floor and the handle's outermost point, as a turn by hand has them."""
+    turn = np.array([0.5**0.5, 0.0, 0.0, 0.5**0.5])
+    thing = SimpleNamespace(shape="mug", size_mm=(80.0, 90.0, 4.0, 30.0))
+    hand = SimpleNamespace(name="hand", part=SimpleNamespace(object=thing))
+    rows = {"hand.object_position": np.array([[0.1, 0.2, 0.3]]), "hand.object_orientation": turn[np.newaxis]}
+    times = np.zeros(1, dtype=np.int64)
+    signals = SimpleNamespace(signals=rows, column=lambda name, trial: (times, rows[name]))
+    (solids,), notes = solids_of(signals, hand, 0, times)
+    assert notes == []
+    assert {solid.kind for solid in solids} == {"box", "cylinder", "sphere"}
+    # x turns to y: the handle's outside is at y = 0.2 + 0.04 + 0.03.
+    for point, distance in (([0.1, 0.27, 0.3], 0.0), ([0.1, 0.2, 0.3], 0.036), ([0.1, 0.2, 0.255], 0.0),
+                            ([0.14, 0.2, 0.3], 0.0), ([0.1, 0.2, 0.345], 0.036)):
+        nearest = min(float(solid.distances(np.array([point]))[0]) for solid in solids)
+        assert abs(nearest) == pytest.approx(distance, abs=5e-4)
 
 
 def test_an_objects_half_sizes():

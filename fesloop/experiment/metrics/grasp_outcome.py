@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S, duration_ns
+
+if TYPE_CHECKING:
+    from fesloop.hand.mug import Mug
 
 Array = NDArray[np.float64]
 LASTING_S = 0.1
@@ -202,6 +205,8 @@ def _resting(course: ObjectCourse) -> Flags:
 
 def half_height(thing: Mapping[str, Any], turned: Array) -> Array:
     """Distance from the object's centre down to its lowest point, (n,), m."""
+    if thing["shape"] == "mug":
+        return _mug(thing).lowest(turned)
     half = 5e-4 * np.asarray(thing["size_mm"])
     axes = np.abs(np.stack([quaternion.rotate(turned, axis)[:, 2] for axis in np.eye(3)], axis=1))
     if thing["shape"] == "ball":
@@ -213,7 +218,15 @@ def half_height(thing: Mapping[str, Any], turned: Array) -> Array:
 
 def longest(thing: Mapping[str, Any] | None) -> float:
     """Upper bound of the distance from the object's centre to its farthest point, m."""
-    return 0.0 if thing is None else float(5e-4 * np.linalg.norm(thing["size_mm"]))
+    if thing is None:
+        return 0.0
+    return _mug(thing).reach if thing["shape"] == "mug" else float(5e-4 * np.linalg.norm(thing["size_mm"]))
+
+
+def _mug(thing: Mapping[str, Any]) -> Mug:
+    from fesloop.hand.mug import Mug
+
+    return Mug.of(thing["size_mm"])
 
 
 def _gone(course: ObjectCourse, from_hand_m_s: Array) -> Flags:

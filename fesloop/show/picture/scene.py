@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.hand import quaternion
+from fesloop.hand.mug import Mug, parts_of
 from fesloop.show.picture.cast import Player
 from fesloop.show.picture.render import Kind, Solid
 from fesloop.show.picture.signals import Signals, values_at
@@ -44,14 +47,33 @@ def _objects(
     missing = [name for name in names if name not in recording.signals]
     if missing:
         return nothing, [f"the object is not drawn: {', '.join(missing)} not recorded"]
-    if thing.shape not in _KINDS:
-        return nothing, [f"the object is not drawn: shape {thing.shape!r} is none of {', '.join(_KINDS)}"]
+    if thing.shape not in (*_KINDS, "mug"):
+        known = ", ".join((*_KINDS, "mug"))
+        return nothing, [f"the object is not drawn: shape {thing.shape!r} is none of {known}"]
     positions, turns = (values_at(recording, name, trial, at_ns) for name in names)
     if positions is None or turns is None:
         return nothing, ["the object is not drawn: nothing of it was recorded in this trial"]
-    half = half_sizes(thing.shape, thing.size_mm)
-    return [[Solid(_KINDS[thing.shape], place, turn, half, _OBJECT)] if np.isfinite([*place, *turn]).all()
-            else [] for place, turn in zip(positions, turns, strict=True)], []
+    parts = _mug(thing.size_mm) if thing.shape == "mug" else [
+        Solid(_KINDS[thing.shape], np.zeros(3), _UPRIGHT, half_sizes(thing.shape, thing.size_mm), _OBJECT)]
+    return [[_placed(part, place, turn) for part in parts] if np.isfinite([*place, *turn]).all() else []
+            for place, turn in zip(positions, turns, strict=True)], []
+
+
+def _placed(part: Solid, place: Array, turn: Array) -> Solid:
+    """A part of an object whose origin and orientation are given."""
+    if part.position.any() or part.orientation[0] != 1.0:
+        place = place + quaternion.rotate(turn, part.position)
+        turn = quaternion.multiply(turn, part.orientation)
+    return replace(part, position=place, orientation=turn)
+
+
+def _mug(size_mm: tuple[float, ...]) -> list[Solid]:
+    """Solids of a mug, in its axes; the rods of its handle have spheres where they meet."""
+    mug = Mug.of(size_mm)
+    solids = [Solid("box" if part.kind == "box" else "cylinder", part.centre, part.orientation, part.half,
+                    _OBJECT) for part in parts_of(mug)]
+    joint = np.array([mug.rod, 0.0, 0.0])
+    return solids + [Solid("sphere", point, _UPRIGHT, joint, _OBJECT) for point in mug.handle_line()[1:-1]]
 
 
 def half_sizes(shape: str, size_mm: tuple[float, ...]) -> Array:

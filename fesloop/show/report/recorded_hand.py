@@ -42,17 +42,22 @@ def object_poses(
     if plant is None:
         return [], np.empty((len(at_ns), 0, 7))
     drawn, _ = solids_of(signals, plant, trial, at_ns)
-    kinds: dict[bool, Drawn] = {each.fades: each for row in drawn for each in row}
-    order = sorted(kinds)
-    poses = np.full((len(at_ns), len(order), 7), np.nan)
+    things, tops = (max((_of(row, fades) for row in drawn), key=len, default=[]) for fades in (False, True))
+    poses = np.full((len(at_ns), len(things) + len(tops), 7), np.nan)
     for row, there in zip(poses, drawn, strict=True):
-        for each in there:
-            row[order.index(each.fades)] = [*each.orientation, *each.position]
-    return [_solid(kinds[fades]) for fades in order], poses
+        for first, fades in ((0, False), (len(things), True)):
+            for number, each in enumerate(_of(there, fades), first):
+                row[number] = [*each.orientation, *each.position]
+    return [_solid(each) for each in (*things, *tops)], poses
+
+
+def _of(solids: Sequence[Drawn], fades: bool) -> list[Drawn]:
+    """The solids of the object, or of the table, which fades."""
+    return [each for each in solids if each.fades == fades]
 
 
 def padded(poses: Array, count: int) -> Array:
-    """Poses (t, count, 7), padded with NaN for an object, the first solid, that is never known."""
+    """Poses (t, count, 7), padded with NaN for an object, the first solids, that is never known."""
     missing = np.full((len(poses), count - poses.shape[1], 7), np.nan)
     return np.concatenate([missing, poses], axis=1)
 
