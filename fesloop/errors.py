@@ -15,6 +15,8 @@ RENAMED = {
     "asked": "intended",
     "fingertip_force": "force_sensors",
     "fingertips": "places",
+    "found_quality": "found_true_quality",
+    "found_selectivity": "found_true_selectivity",
     "not_known": "missing",
     "of_optimum": "optimum_share",
     "sensors": "places",

@@ -98,6 +98,21 @@ def test_a_folder_that_cannot_be_written_to_is_bad_input(capsys, tmp_path):
     assert "--out" in err
 
 
+@pytest.mark.parametrize("name", ["A_sweep.h5", "a/b.HDF5"])
+def test_a_folder_with_the_name_of_a_recording_is_refused_unless_it_exists(name, capsys, tmp_path,
+                                                                              monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    command = ["run", "finger_pid_latency", "--set", "experiment.duration_s=1.0", "--out", name]
+    assert main(command) == 2
+    *_, line = capsys.readouterr().err.splitlines()
+    assert line == (f"fesloop: --out {name}: has the name of a file; allowed: a folder: the recording in it "
+                    f"is named after the experiment; give --out {name.rpartition('.')[0]}")
+    assert list(tmp_path.iterdir()) == []
+    Path(name).mkdir(parents=True)
+    assert main(command) == 0
+    assert [each.name for each in Path(name).iterdir()] == ["finger_pid_latency-1.h5"]
+
+
 def test_replay_says_how_to_give_the_recording(capsys, tmp_path):
     code, _, err = run(capsys, "run", "replay", "--out", str(tmp_path / "runs"))
     assert code == 2

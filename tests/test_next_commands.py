@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from fesloop.apps.cli import main
 from fesloop.apps.cli.parser import make_parser
 from fesloop.experiment.files.layout import guide_of
-from fesloop.experiment.files.parse import read
+from fesloop.experiment.files.parse import load, read
 from fesloop.experiment.files.source import shipped
 
 GUIDES = {name: guide_of(read(name)[1]) for name in shipped()}
@@ -88,6 +88,26 @@ def test_commands_that_the_settings_of_the_run_break_are_not_printed(capsys, tmp
     commands = next_lines(capsys.readouterr().err)
     assert commands == ["fesloop run hil_twin --set 'recording=of mine/finger_control-1.h5'"]
     assert main(["check", *shlex.split(commands[0])[2:]]) == 0
+
+
+@pytest.mark.parametrize(("name", "rows"), [
+    ("sweep_grasp", ["F2_flexion", "F3_flexion", "F4_flexion", "F5_flexion"]),
+    ("identify_grasp", ["finger_flexion"])])
+def test_the_hand_of_others_is_opened_wider_by_what_its_run_suggests(name, rows):
+    guide = GUIDES[name]
+    identify, grasp = guide.next_commands("a.h5", ["member=3", "cohort=1", " plant = myohand"])
+    assert ("--opened-deg 8" in identify) == (name == "sweep_grasp")
+    given = make_parser().parse_args(shlex.split(grasp)[1:]).settings
+    assert [each for each in given if each.endswith("=8")] == [
+        f"blocks.reference.phases.open.deg.{row}=8" for row in rows]
+    assert {"member=3", "cohort=1", " plant = myohand"} <= set(given)
+    usual = guide.next_commands("a.h5", ["plant=hand"])
+    assert len(usual) == 2
+    assert not any("8" in command for command in usual)
+    wider = [each for each in given if not each.startswith(("model=", "channels="))]
+    document = load("grasp_mpc", [*wider, "any_patient=true", "plant=hand"]).document()
+    opened = next(each for each in document["blocks"]["reference"]["phases"] if each["name"] == "open")
+    assert all(opened["deg"][row] == 8 for row in rows)
 
 
 @pytest.mark.slow

@@ -146,6 +146,14 @@ class Curve:
         """Current at which a pulse of 400 us recruits 84 %, in steps of .5 mA."""
         return round(2.0 * _WIDEST * self.threshold_ma * math.exp(_ABOVE_HALF * self.spread)) / 2.0
 
+    @property
+    def at_bound(self) -> dict[str, str]:
+        """Which of half_ma (the threshold) and spread are at an end of the values tried: or less, or more."""
+        ends = {name: "or less" if value <= tried[0] else "or more" if value >= tried[-1] else ""
+                for name, value, tried in (("half_ma", self.threshold_ma, _THRESHOLDS),
+                                           ("spread", self.spread, _SPREADS))}
+        return {name: end for name, end in ends.items() if end}
+
 
 def curve_of(effective_ma: Array, moved: Array) -> Curve:
     """Fit the curve of one element to its responses `moved` (k, m), rad, NaN where there is none."""

@@ -15,7 +15,7 @@ from controllers.identification.elements import grasp_task
 from controllers.identification.patient_model import IdentificationRecord, Identified, identify
 from controllers.identification.sweep import SweepIdentified, identify_sweep
 from fesloop.errors import InputError
-from fesloop.experiment.files.patients import describe, patient_fingerprint
+from fesloop.experiment.files.patients import describe, hand_plant, patient_fingerprint
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.models.electrode_arrays import arrays_in_words
@@ -97,7 +97,7 @@ def identify_recording(
             electrodes=electrodes_in_words(blocks[stimulator] if stimulator else None, record.channels),
             arrays=arrays_in_words(blocks[electrodes] if electrodes else None),
             current_ma=tuple(round(value, 9) for value in found.current_ma), rate=blocks[excitation]["rate"],
-            model=found.model, operating_drive=found.operating_drive,
+            plant=hand_plant(blocks), model=found.model, operating_drive=found.operating_drive,
             operating_outputs=found.operating_outputs,
             fit={**found.fit, RECRUITMENT: {f"channel {number}": curve.fit_percent
                                             for number, curve in enumerate(found.curves)}})

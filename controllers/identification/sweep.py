@@ -21,7 +21,7 @@ from controllers.identification.elements import (
 )
 from controllers.trajectories import response
 from fesloop.errors import InputError
-from fesloop.experiment.files.patients import describe, patient_fingerprint
+from fesloop.experiment.files.patients import describe, hand_plant, patient_fingerprint
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 from fesloop.models.electrode_arrays import arrays_in_words
@@ -34,8 +34,6 @@ GREATEST_MA = 34.0
 _BEFORE_S, _LAST_S = 0.15, 0.08
 """Spans of time before a turn, and at the end of a current, over which the posture is averaged (chosen)."""
 _SWEEP = "sweep"
-_FAR_DEG = 8.0
-"""Error in a posture that is reported (chosen: a hand that opens as little cannot be given its object)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,14 +62,12 @@ class SweepIdentified:
     choice: Choice
     responses: Responses
     lags_s: Array
-    task: Sequence[Posture] = GRASP
 
     def doubts(self) -> list[str]:
         """Postures out of reach of any choice of elements, a warning for each output."""
-        return [f"no elements bring {name} nearer than {abs(left):.0f} deg to the {posture.name} hand: "
+        return [f"no elements bring {name} nearer than {left:.0f} deg to the {posture} hand: "
                 "expect an error there, move the arrays, or stimulate with more current"
-                for posture, row in zip(self.task, self.choice.missed_deg, strict=True)
-                for name, left in zip(self.model.outputs, row.tolist(), strict=True) if abs(left) > _FAR_DEG]
+                for left, name, posture in self.model.misses()]
 
     def report(self) -> dict[str, Any]:
         """Report as plain tables: what is left in each posture, and the channels."""
@@ -83,14 +79,13 @@ class SweepIdentified:
         channels = [
             {"electrode": model.electrodes[c], "current_ma": model.current_ma[c],
              "threshold_us": 1e6 * float(widths[c]), "half_ma": curve.threshold_ma, "spread": curve.spread,
-             "fit_percent": curve.fit_percent, "at_bound": {}, "grips": c in choice.closing,
+             "fit_percent": curve.fit_percent, "at_bound": curve.at_bound, "grips": c in choice.closing,
              "moved_deg": dict(zip(model.outputs, np.degrees(curve.gain).tolist(), strict=True))}
             for c, curve in enumerate(choice.curves)]
         return {"patient": model.patient, "outputs": list(model.outputs), "rate": model.rate,
                 "order": int(model.model.a.shape[0]), "delay_ms": model.model.delay_ns / 1e6,
                 "fit_percent": {"sweep": dict(model.fit["sweep"])}, "channels": channels,
-                "missed_deg": {posture.name: dict(zip(model.outputs, row.tolist(), strict=True))
-                               for posture, row in zip(self.task, choice.missed_deg, strict=True)},
+                "missed_deg": {posture: dict(row) for posture, row in model.missed_deg.items()},
                 "doubts": self.doubts(), "lags_s": self.lags_s.tolist(),
                 "usable": model.usable, "weaknesses": model.weaknesses()}
 
@@ -132,8 +127,10 @@ def identify_sweep(
         operating_drive=np.zeros(channels), operating_outputs=seen.rest,
         fit={_SWEEP: dict(zip(outputs, fit, strict=True)),
              RECRUITMENT: {f"channel {c}": curve.fit_percent for c, curve in enumerate(choice.curves)}},
-        closing=choice.closing, grasping=choice.grasping)
-    return SweepIdentified(model=model, choice=choice, responses=seen, lags_s=lags_s, task=task)
+        closing=choice.closing, grasping=choice.grasping, plant=hand_plant(recording.experiment["blocks"]),
+        missed_deg={posture.name: dict(zip(outputs, row.tolist(), strict=True))
+                    for posture, row in zip(task, choice.missed_deg, strict=True)})
+    return SweepIdentified(model=model, choice=choice, responses=seen, lags_s=lags_s)
 
 
 def read_sweep(recording: Recording, sweep: str, source: str, measured: str) -> Swept:

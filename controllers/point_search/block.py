@@ -52,7 +52,8 @@ class PointSearch:
     `multiplexing` (1, elements), share of the current that each element has; `query`, number of the
     present or last one from 0, -1 before; `phase`, of `controllers.point_search.state`; `quality`, of
     the last response; `best_quality`, `best_stimulation` (2,), `best_multiplexing` (elements,): the
-    strategy's recommendation, 0 before it has one.
+    strategy's recommendation, 0 before it has one; `best_quality_sd`, the standard deviation with which
+    `gaussian_process` predicts that quality, 0 for strategies that take the measured one.
 
     Statuses: `search_ended`; `untracked`, with the freedoms; `bad_input` for angles that are not finite and
     are ignored; `no_response` where no posture arrived in time: the query is repeated, and after two
@@ -122,7 +123,7 @@ class PointSearch:
         return (Port("stimulation", (1, 2), "A,s"), Port("multiplexing", (1, count), "1"),
                 Port("query", (), "1", -1.0), Port("phase", (), "1"), Port("quality", (), "1"),
                 Port("best_quality", (), "1"), Port("best_stimulation", (2,), "A,s"),
-                Port("best_multiplexing", (count,), "1"))
+                Port("best_multiplexing", (count,), "1"), Port("best_quality_sd", (), "1"))
 
     def passages(self, context: Context) -> tuple[Passage, ...]:
         """Inputs have an effect once the query is over."""
@@ -222,12 +223,12 @@ class PointSearch:
         share = self.timetable.width_share(state.phase, now_ns - state.since_ns)
         if state.query is not None and share > 0.0:
             pulses[0], shares[0] = _pulse(state.query, share), self._shares(state.query)
-        best_quality, best_pulse, best_shares = 0.0, np.zeros(2), np.zeros(self.space.count)
+        best_quality, sd, best_pulse, best_shares = 0.0, 0.0, np.zeros(2), np.zeros(self.space.count)
         if state.best is not None:
-            best_quality = state.best.quality
+            best_quality, sd = state.best.quality, state.best.sd
             best_pulse, best_shares = _pulse(state.best.query, 1.0), self._shares(state.best.query)
         return (pulses, shares, float(state.number), float(state.phase), state.quality, best_quality,
-                best_pulse, best_shares)
+                best_pulse, best_shares, sd)
 
     def _shares(self, query: Query) -> Array:
         """Share of the current that each element has, (elements,)."""
@@ -245,7 +246,8 @@ def _in_words(state: PointSearchState) -> str:
     """Text of the search's result."""
     if state.best is None:
         return "there was no query"
-    query, quality = state.best
+    query, quality, sd = state.best
     elements = "+".join(map(str, query.elements))
+    spread = f" +- {sd:.2f}" if sd else ""
     return (f"element {elements} at {query.current_ma:g} mA, {query.width_us:g} us: "
-            f"quality {quality:.2f} by the tracker, {state.number + 1} queries")
+            f"quality {quality:.2f}{spread} by the tracker, {state.number + 1} queries")

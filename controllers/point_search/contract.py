@@ -50,10 +50,11 @@ class Response(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Recommended query, and its expected quality."""
+    """Recommended query, and its quality: predicted with a standard deviation, or with 0 the measured one."""
 
     query: Query
     quality: float
+    sd: float = 0.0
 
 
 class Strategy(Protocol):

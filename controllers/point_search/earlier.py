@@ -40,15 +40,20 @@ class EarlierSearch:
     movement: what was searched for (`fesloop.hand.movements.movement_text`); empty without a search.
     responses: in the order of the queries.
     source: recording that it was read from.
+    patient: who was searched, whatever the day, in words (`fesloop.experiment.files.patients.describe`);
+        empty without a patient.
+    patient_fingerprint: SHA-256 of that patient (`fesloop.experiment.files.patients.patient_fingerprint`);
+        empty where that is not known.
     layouts: arrays of which it searched the elements; None: the usual ones.
     """
 
-    FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({})
+    FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({"any_patient": bool})
     OFFERED_BY: ClassVar[str] = ""
 
     @staticmethod
     def file_tables(path: Path) -> dict[str, Any]:
         """Read the tables from a recording. Raises InputError where it has no point search."""
+        from fesloop.experiment.files.patients import identity
         from fesloop.experiment.metrics.search import answered
         from fesloop.experiment.recording.reading import Recording
 
@@ -66,9 +71,12 @@ class EarlierSearch:
             return {"movement": movement_text(blocks[name].get("movement", "")),
                     "responses": responses,
                     "source": f"{recording.name} {recording.fingerprint[:12]}",
+                    **identity(recording.experiment.get("patient")),
                     **({"layouts": layouts} if layouts != plain([array.layout for array in USUAL]) else {})}
 
     movement: str = ""
     responses: tuple[EarlierResponse, ...] = ()
     source: str = ""
+    patient: str = ""
+    patient_fingerprint: str = ""
     layouts: tuple[ArrayLayout, ...] | None = None

@@ -19,6 +19,8 @@ from fesloop.errors import InputError
 Array = NDArray[np.float64]
 _FAR = 1e6
 """Distance in kernel lengths at which nothing is shared."""
+_QUERIES = 74
+"""Queries without a stated number (chosen: three and a half minutes of the patient's time)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -78,7 +80,7 @@ class GaussianProcess:
     spread, noise: standard deviations of quality about its prior mean, and of its measurement.
     place_mm, current_ma, elements: distance, current and number of elements over which quality changes.
     day_share: correlation of the quality of a query on two days, 0 to below 1.
-    queries: greatest number of queries.
+    queries: greatest number of queries, at most that of the candidates; None: 74, or all candidates.
     least_gain: quality that one more query must promise.
     """
 
@@ -91,7 +93,7 @@ class GaussianProcess:
     current_ma: float = 8.0
     elements: float = 1.0
     day_share: float = 0.9
-    queries: int = 74
+    queries: int | None = None
     least_gain: float = 0.02
 
     def __post_init__(self) -> None:
@@ -107,13 +109,19 @@ class GaussianProcess:
                 raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number, 0 or more")
         if not 0.0 <= self.day_share < 1.0:
             raise InputError("gaussian_process.day_share", f"{self.day_share}", "0 or more, below 1")
-        if self.queries < 1:
+        if self.queries is not None and self.queries < 1:
             raise InputError("gaussian_process.queries", f"{self.queries}", "1 or more")
 
     def start(self, space: SearchSpace, key: int) -> GaussianProcessState:
-        """State without responses of this search. Raises InputError where scikit-learn is missing."""
+        """State without responses of this search.
+
+        Raises InputError where scikit-learn is missing, and for more queries than candidates.
+        """
         _scikit_learn()
         queries = candidates(space)
+        if self.queries is not None and self.queries > len(queries):
+            raise InputError("strategies.gaussian_process.queries", f"{self.queries}",
+                             f"1 to {len(queries)}, the number of candidates")
         positions = np.array([space.position(query.elements) for query in queries])
         current_ma = np.array([query.current_ma for query in queries])
         elements = np.array([len(query.elements) for query in queries])
@@ -135,7 +143,7 @@ class GaussianProcess:
     def ask(self, state: GaussianProcessState) -> Query | None:
         """Candidate with the greatest acquisition value."""
         left = np.setdiff1d(np.arange(len(state.queries)), state.today)
-        if not left.size or len(state.today) >= self.queries:
+        if not left.size or len(state.today) >= (self.queries or _QUERIES):
             return None
         if not state.asked:
             return state.queries[int(np.argmax(state.expected))]
@@ -157,8 +165,9 @@ class GaussianProcess:
         """Query so far with the greatest expected quality."""
         if not state.today:
             return None
-        known = self._foresee(state)[0][state.today]
-        return Found(state.queries[state.today[int(np.argmax(known))]], float(known.max()))
+        mean, sd = self._foresee(state)
+        best = state.today[int(np.argmax(mean[state.today]))]
+        return Found(state.queries[best], float(mean[best]), float(sd[best]))
 
     def _foresee(self, state: GaussianProcessState) -> tuple[Array, Array]:
         """Posterior mean and standard deviation of the quality of all candidates on this day, (n,) each."""

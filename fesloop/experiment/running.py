@@ -16,7 +16,7 @@ from typing import Any
 from fesloop.errors import FesloopError, InputError, RunError
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Event, Recording
-from fesloop.experiment.recording.writing import RecordingWriter, TimedBlock, timed
+from fesloop.experiment.recording.writing import RecordingWriter, TimedBlock, require_folder_name, timed
 from fesloop.experiment.specification import ExperimentSpecification
 from fesloop.loop.abilities import Closes, HasStandIn, Seeks, offers
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, waits_for_arrivals
@@ -328,6 +328,7 @@ def run(experiment: ExperimentSpecification, out: Path, *, realtime: bool | Paci
     with that status; what was recorded until then is kept. Raises InputError, and leaves nothing behind,
     where the run cannot start.
     """
+    require_folder_name(out)
     pacing = Pacing() if realtime is True else realtime or None
     if pacing is None:
         _refuse_live(experiment)

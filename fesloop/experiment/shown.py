@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from fesloop.experiment import registry
-from fesloop.experiment.recording.reading import Event
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
@@ -82,7 +81,7 @@ def recording_tables(recording: Any) -> list[Table]:
     return found + _event_tables(recording.events)
 
 
-def _event_tables(events: Iterable[Event]) -> list[Table]:
+def _event_tables(events: Iterable[Any]) -> list[Table]:
     """Numbers of events by block and status; no table without events."""
     counts = Counter((event.where, event.status) for event in events)
     rows = [(*place, f"{count}") for place, count in counts.items()]

@@ -11,7 +11,7 @@ import numpy as np
 
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
 from fesloop.experiment.metrics.stimulation import Rows, Stimulated, commanded_signal, stimulated
-from fesloop.experiment.recording.reading import Event
+from fesloop.experiment.recording.reading import Event, Extent
 
 _STATUSES = {"running": "the run is not over, or was killed", "damaged": "the file of the run is damaged",
              "failed": "the run failed", "interrupted": "the run was interrupted"}
@@ -60,6 +60,8 @@ _ABOVE_LEAST, _ABOVE_LEAST_DEG = 2.0, 1.0
 by chance, too: where muscles vary by 30 % from trial to trial, the last is often half as large again."""
 _FEEDBACK = ("learning corrects what trials have in common; muscles that vary between them are corrected "
              "within a trial, by predictive control (block `mpc`, as in grasp_mpc)")
+_SLOWER = ("the model is wrong, or drives are at their limits: identify the patient again, learn less from "
+           "each trial (`memory.share`), or learn nothing (control=mpc)")
 
 
 class Recorded(Rows, Protocol):
@@ -77,13 +79,23 @@ class Recorded(Rows, Protocol):
     def events(self) -> Sequence[Event]:
         """All events, in order of time."""
 
+    def extent(self, name: str, trial: int = 0) -> Extent:
+        """First and last instant of a signal in a trial."""
+
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A trouble of a run: its kind, of `KINDS`, and half a sentence."""
+    """A trouble of a run.
+
+    Attributes
+    ----------
+    kind: of `KINDS`. text: half a sentence.
+    alike: whether all trials have it alike, so that it does not keep them from being compared.
+    """
 
     kind: str
     text: str
+    alike: bool = False
 
     @property
     def sentence(self) -> str:
@@ -101,29 +113,31 @@ contradicts the initial pose that a tracker was given, or its gyroscopes missed 
 no channel gave a pulse, or the safety block took stimulation away, or most of it. failed: a part failed,
 such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
-turning. not_held: the object, in the last trial, or the person's attempts were not answered. no_better:
-joints followed worse than had they not moved. rose: the last trial's error is more than a tenth above the
-first one's, or twice the least and a degree above it, where the trials are `comparable`.
+turning. not_held: the object was not held in the last trial, or the person's attempts were not answered.
+no_better: joints followed worse than had they not moved. rose: the last trial's error is more than a tenth
+above the first one's, or twice the least and a degree above it, where the trials are `comparable`.
 """
 
 
 def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -> list[Trouble]:
     """Find the troubles of a run, the most important first; `cause` of its failure, if known."""
-    found = (_broken_off(recording, cause), _recording(recording), _pose(recording),
-             _safety(recording, metrics), _failures(recording),
-             (*_notes(recording), *_other_axis(metrics)), (*_unanswered(metrics), *_not_held(metrics)),
-             _no_better(metrics), _rose(recording, metrics))
-    every = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
+    found: tuple[Iterable[str | Trouble], ...] = (
+        _broken_off(recording, cause), _recording(recording), _pose(recording), _safety(recording, metrics),
+        _failures(recording), (*_notes(recording), *_other_axis(metrics)),
+        (*_unanswered(metrics), *_not_held(metrics)), _no_better(metrics), _rose(recording, metrics))
+    every = [each if isinstance(each, Trouble) else Trouble(kind, each)
+             for kind, several in zip(KINDS, found, strict=True) for each in several]
     return every if comparable(every) else [each for each in every if each.kind != "rose"]
 
 
 def comparable(found: Iterable[Trouble]) -> bool:
     """Return whether the trials of a run were alike, so that their errors can be compared.
 
-    Not so where stimulation was withheld in some, a part failed, a tracker began with a wrong pose, or the
-    recording played is not sound.
+    Not so where stimulation was withheld in some, a part failed, a tracker lost its pose in some and not in
+    others, or the recording played is not sound.
     """
-    return not any(each.kind in ("recording", "pose", "safety", "failed") for each in found)
+    return not any(each.kind in ("recording", "pose", "safety", "failed") and not each.alike
+                   for each in found)
 
 
 def graveness(status: str) -> int:
@@ -138,8 +152,22 @@ def graveness(status: str) -> int:
 def _broken_off(recording: Recorded, cause: str) -> Iterator[str]:
     status = recording.status
     if status != "done":
-        words = _STATUSES.get(status, f"the run ended as {status!r}")
-        yield f"{words}: {cause}" if cause else words
+        words = _STATUSES.get(status, f"the run ended as {status!r}") + reached(recording)
+        yield f"{words}: {cause or 'numbers are of what was recorded until then'}"
+
+
+def reached(recording: Recorded) -> str:
+    """How far the recording of a run goes that broke off, as " at 3.2 of 10 s in trial 1 (of 0 to 2)".
+
+    Empty where that is not known, as of a damaged file.
+    """
+    about, last = recording.experiment.get("experiment", {}), recording.trials - 1
+    if recording.status == "damaged" or last < 0 or not recording.signals or "duration_s" not in about:
+        return ""
+    at_s = max(recording.extent(name, last).last_ns for name in recording.signals) / 1e9
+    trials = about.get("trials", 1)
+    which = f" in trial {last} (of 0 to {trials - 1})" if trials > 1 else ""
+    return f" at {at_s:.3g} of {about['duration_s']:g} s{which}"
 
 
 def _recording(recording: Recorded) -> Iterator[str]:
@@ -155,7 +183,7 @@ def _recording(recording: Recorded) -> Iterator[str]:
                 for where, event in wrong.items())
 
 
-def _pose(recording: Recorded) -> Iterator[str]:
+def _pose(recording: Recorded) -> Iterator[Trouble]:
     """Trackers that were given a wrong initial pose, or have lost it, each once."""
     wrong: dict[str, list[Event]] = {}
     for event in recording.events:
@@ -164,7 +192,8 @@ def _pose(recording: Recorded) -> Iterator[str]:
     for where, events in wrong.items():
         first, trials = events[0], len({event.trial for event in events})
         which = f" and in {trials} of {recording.trials} trials" if trials > 1 else ""
-        yield f"the angles of `{where}` are not to be trusted{_when(recording, first)}{which}: {first.detail}"
+        yield Trouble("pose", f"the angles of `{where}` are not to be trusted{_when(recording, first)}"
+                      f"{which}: {first.detail}", alike=trials == recording.trials)
 
 
 def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
@@ -347,14 +376,32 @@ def _unanswered(metrics: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _not_held(metrics: Mapping[str, Any]) -> Iterator[str]:
-    """Text on the last trial, if its object was not held."""
+    """Text on how often the object was held, and why not, if the last trial did not hold it."""
     held = metrics.get("held")
     if not isinstance(held, list) or not held or held[-1] is not False:
         return
-    outcomes = metrics.get("object_outcome") or [""]
-    why = f": {OUTCOMES[outcomes[-1]]}" if outcomes[-1] in OUTCOMES else ""
-    which = f" in the last of {len(held)} trials" if len(held) > 1 else ""
-    yield f"the object was not held{which}{why}"
+    outcomes = metrics.get("object_outcome") or []
+    reasons: dict[str, list[int]] = {}
+    for trial, (each, outcome) in enumerate(zip(held, outcomes, strict=False)):
+        if each is False and outcome in OUTCOMES:
+            reasons.setdefault(OUTCOMES[outcome], []).append(trial)
+    lost = held.count(False)
+    alike = len(reasons) == 1 and len(next(iter(reasons.values()))) == lost
+    why = "; ".join(text if alike else f"{text} ({_trials(trials)})" for text, trials in reasons.items())
+    if len(held) == 1:
+        how = "not held"
+    else:
+        how = f"held in {held.count(True) or 'none'} of {len(held)} trials"
+        how += f" (unknown for {held.count(None)})" if None in held else ""
+        how += ", not in the last" if any(held) else ""
+    yield f"the object was {how}{': ' if why else ''}{why}"
+
+
+def _trials(numbers: Sequence[int]) -> str:
+    """Trials in words: trial 2, or trials 0, 2 and 3."""
+    if len(numbers) == 1:
+        return f"trial {numbers[0]}"
+    return f"trials {', '.join(map(str, numbers[:-1]))} and {numbers[-1]}"
 
 
 def _no_better(metrics: Mapping[str, Any]) -> Iterator[str]:
@@ -377,10 +424,13 @@ def _rose(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
     first, last = errors[0], errors[-1]
     best = min((trial for trial, error in enumerate(errors) if _finite(error)), key=errors.__getitem__)
     learns = any(_of_kind(recording, kind) for kind in _LEARNERS)
-    remedy = f": {_FEEDBACK}" if learns else ""
+    remembers = any(isinstance(table, dict) and isinstance(table.get("memory"), dict)
+                    for table in recording.experiment.get("blocks", {}).values())
+    remedy = f": {_FEEDBACK}" if learns else f": {_SLOWER}" if remembers else ""
     if _finite(first) and last > _ROSE * first:
         yield (f"the tracking error rose from {first:.3g} deg RMS in the first of {len(errors)} trials "
-               f"to {last:.3g} deg in the last{remedy}")
+               f"to {last:.3g} deg in the last, and was least in trial {best}, {errors[best]:.3g} deg"
+               f"{remedy}")
     elif last > max(_ABOVE_LEAST * errors[best], errors[best] + _ABOVE_LEAST_DEG):
         yield (f"the tracking error is {last:.3g} deg RMS in the last of {len(errors)} trials, and was "
                f"{errors[best]:.3g} deg in trial {best}{remedy}")

@@ -105,9 +105,13 @@ def _fault(path: tuple[Any, ...], group: list[Any], document: Any, keys_at: Any)
     for key in path:
         found = _below(found, key)
     allowed = dict.fromkeys(text for text in (_allowed(error) for error in group) if text)
-    alone = list(allowed) == [_LIST] and type(found) in (int, float, str)
+    remedy = ""
+    if list(allowed) == [_LIST] and type(found) in (int, float, str):
+        remedy = f"write a list of one as [{_shown(found)}]"
+    elif isinstance(found, str) and "a table" in allowed and "file" in keys_at(path):
+        remedy = f"to name a file: {{ file = {_shown(found)} }}"
     return InputError(where, f"{_shown(found)} is {_name(found)}" if _is_type(group) else f"{_shown(found)}",
-                      " or ".join(allowed), f"write a list of one as [{_shown(found)}]" if alone else "")
+                      " or ".join(allowed), remedy)
 
 
 def _is_type(group: list[Any]) -> bool:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,8 +40,15 @@ has more in the free run of some output, and 59 and more in the recruitment of e
 member 4 of cohort 1, has less in the free run of two of three outputs."""
 FREE_RUN, HALF_SECOND, RECRUITMENT = "free_run", "half_second", "recruitment"
 """Kinds of fit that judge a model: by output on held-out data, and by channel."""
+FAR_DEG = 8.0
+"""Error in a posture that is reported (chosen: a hand that opens as little cannot be given its object)."""
+_BEYOND = "pressing"
+"""Posture beyond the object, which no reference asks for: elements need not reach it to hold an object."""
+_MOST_NAMED = 3
 _DAY = ", day "
 """Separator of a patient's name and its day."""
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""First bytes of an HDF5 file."""
 _SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
 _TABLE: Any = closed("PatientModel", {
@@ -59,6 +67,7 @@ _TABLE: Any = closed("PatientModel", {
         "drive": Required[list[float]], "outputs": Required[list[float]]})],
     "fit": Required[dict[str, dict[str, Annotated[float, Field(allow_inf_nan=True)]]]],
     "closing": NotRequired[list[int]], "grasping": NotRequired[list[int]],
+    "missed_deg": NotRequired[dict[str, dict[str, float]]], "plant": NotRequired[str],
 })
 _FORM = TypeAdapter(_TABLE)
 
@@ -86,6 +95,9 @@ class PatientModel:
         curves, by channel ("channel 0"); under `sweep` that of what it was fitted to.
     closing, grasping: channels that close the hand, and all but those that move the wrist alone; empty where
         the channels were given.
+    missed_deg: angle that the chosen elements leave of each posture, by output; empty where the channels were
+        given.
+    plant: kind of the hand that it was identified on, such as "myohand"; empty where that is not known.
     """
 
     patient: str
@@ -102,6 +114,8 @@ class PatientModel:
     arrays: str = ""
     closing: tuple[int, ...] = ()
     grasping: tuple[int, ...] = ()
+    missed_deg: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    plant: str = ""
 
     def __post_init__(self) -> None:
         model, channels = self.model, len(self.current_ma)
@@ -136,6 +150,18 @@ class PatientModel:
                       for name, fit in sorted(weak, key=lambda row: np.nan_to_num(row[1], nan=-np.inf))]
         return found
 
+    def misses(self) -> list[tuple[float, str, str]]:
+        """Postures that the chosen elements miss by more than `FAR_DEG`: deg, output, posture, in order."""
+        return [(abs(deg), output, posture) for posture, row in self.missed_deg.items()
+                for output, deg in row.items() if abs(deg) > FAR_DEG]
+
+    def missed_in_words(self) -> str:
+        """`misses` of postures that a reference asks for, the farthest first; empty without any."""
+        far = sorted((each for each in self.misses() if each[2] != _BEYOND), reverse=True)
+        named = ", ".join(f"{output} {deg:.0f} deg from the {posture} hand"
+                          for deg, output, posture in far[:_MOST_NAMED])
+        return named + (f", and {len(far) - _MOST_NAMED} more" if len(far) > _MOST_NAMED else "")
+
     @property
     def usable(self) -> bool:
         """True if controllers take it by default.
@@ -157,6 +183,7 @@ class PatientModel:
         return {
             "format": FORMAT, "patient": self.patient,
             **({"patient_fingerprint": self.patient_fingerprint} if self.patient_fingerprint else {}),
+            **({"plant": self.plant} if self.plant else {}),
             "source": self.source, "outputs": list(self.outputs),
             "electrodes": list(self.electrodes), **({"arrays": self.arrays} if self.arrays else {}),
             "current_ma": list(self.current_ma), "rate": self.rate,
@@ -165,7 +192,9 @@ class PatientModel:
             "dynamics": {name: plain(getattr(model, name)) for name in ("a", "b", "c", "offset")},
             "operating": {"drive": plain(self.operating_drive), "outputs": plain(self.operating_outputs)},
             "fit": {kind: dict(row) for kind, row in self.fit.items()},
-            **{key: list(getattr(self, key)) for key in ("closing", "grasping") if getattr(self, key)}}
+            **{key: list(getattr(self, key)) for key in ("closing", "grasping") if getattr(self, key)},
+            **({"missed_deg": {posture: dict(row) for posture, row in self.missed_deg.items()}}
+               if self.missed_deg else {})}
 
     def save(self, path: Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
@@ -203,6 +232,12 @@ def load_patient_model(path: Path) -> PatientModel:
     if str(path) in shipped_models():
         path = _SHIPPED / f"{path}.toml"
     try:
+        with path.open("rb") as file:
+            recorded = file.read(len(_HDF5)) == _HDF5
+        if recorded:
+            raise InputError(str(path), "is a recording (HDF5)", "a model file, made by fesloop identify",
+                             f"identify it first: fesloop identify {shlex.quote(str(path))} "
+                             "--out own_model.toml")
         table = tables_of(path.read_text(encoding="utf-8"))
     except OSError as fault:
         raise InputError(str(path), f"cannot be read: {fault.strerror}",
@@ -235,7 +270,8 @@ def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
             model=model, fit=table["fit"], operating_drive=np.array(table["operating"]["drive"]),
             operating_outputs=np.array(table["operating"]["outputs"]),
             patient_fingerprint=table.get("patient_fingerprint", ""), arrays=table.get("arrays", ""),
-            closing=tuple(table.get("closing", ())), grasping=tuple(table.get("grasping", ())))
+            closing=tuple(table.get("closing", ())), grasping=tuple(table.get("grasping", ())),
+            missed_deg=table.get("missed_deg", {}), plant=table.get("plant", ""))
     except InputError as fault:
         raise InputError(f"{path}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
 

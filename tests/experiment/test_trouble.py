@@ -119,6 +119,35 @@ def test_the_summary_begins_with_the_most_important(settings, first, tmp_path, c
     assert capsys.readouterr().err.startswith(first)
 
 
+FATES = st.sampled_from(["held", "dropped", "not_given", "not_touched", "incomplete"])
+
+
+@given(st.lists(FATES, min_size=1, max_size=5))
+def test_failure_is_counted_over_all_trials_with_the_reason_of_each(fates):
+    known = {"held": True, "incomplete": None}
+    metrics = {"held": [known.get(fate, False) for fate in fates], "object_outcome": fates}
+    texts = [each.text for each in troubles(Told([(1.0, 1.0, 1.0)] * len(fates)), metrics)
+             if each.kind == "not_held"]
+    lost = {fate for fate in fates if fate not in known}
+    assert len(texts) == (fates[-1] in lost)
+    for text in texts:
+        count = fates.count("held")
+        assert (f"held in {count or 'none'} of {len(fates)} trials" in text) == (len(fates) > 1)
+        assert {fate for fate in OUTCOMES if OUTCOMES[fate] in text} == lost
+        for fate in lost if len(lost) > 1 else ():
+            which = text.split(f"{OUTCOMES[fate]} (trial")[1].split(")")[0]
+            assert [int(each) for each in re.findall("[0-9]+", which)] == [
+                trial for trial, each in enumerate(fates) if each == fate]
+
+
+def test_an_object_that_was_never_held_is_said_so_once():
+    fates = ["not_given", "dropped", "not_given"]
+    metrics = {"held": [False] * 3, "object_outcome": fates}
+    assert [each.text for each in troubles(Told([(1.0, 1.0, 1.0)] * 3), metrics)] == [
+        "the object was held in none of 3 trials: it was never given: the hand left no room for it "
+        "(trials 0 and 2); it was in the hand and fell (trial 1)"]
+
+
 class Told:
     """A recording of a safety block between a controller and a stimulator, one row each 100 ms."""
 
@@ -260,4 +289,20 @@ def test_a_last_trial_that_is_worse_than_the_best_is_named_with_a_remedy(errors,
     assert len(found) == bool(told)
     for each in found:
         assert told in each.text
+        assert f"trial {errors.index(np.nanmin(errors))}" in each.text
         assert each.text.endswith("(block `mpc`, as in grasp_mpc)") == learns
+
+
+@given(st.lists(st.floats(1.0, 30.0), min_size=2, max_size=5), st.data())
+def test_learning_that_makes_it_worse_is_told_where_the_tracker_is_as_wrong_in_each_trial(errors, data):
+    lost = data.draw(st.sets(st.integers(0, len(errors) - 1), min_size=1))
+    recording = Told([(1.0, 1.0, 1.0)] * len(errors),
+                     [event(1.3, "tracker", "rates_beyond_range", trial) for trial in sorted(lost)])
+    recording.experiment["blocks"]["controller"]["memory"] = {"share": 0.5}
+    texts = [each.text for each in troubles(recording, {"joint_rmse_deg": errors}) if each.kind == "rose"]
+    alike = len(lost) == len(errors)
+    if errors[-1] > max(1.25 * errors[0], errors[0] + 1.0):
+        assert len(texts) == alike
+    for text in texts:
+        assert f"trial {int(np.argmin(errors))}" in text
+        assert "learn less from each trial (`memory.share`)" in text

@@ -43,7 +43,7 @@ def test_metrics_tell_what_was_asked_and_found(listed):
     assert metrics["minutes"] == [pytest.approx((2.0 + 2.8 * len(QUERIES)) / 60.0, abs=1e-3)]
     assert metrics["minutes"][0] * 60.0 == pytest.approx(found.time_ns * 1e-9)
     assert metrics["found_elements"] == [list(best.elements)]
-    assert metrics["found_quality"] == [pytest.approx(best.verdict.quality)]
+    assert metrics["found_true_quality"] == [pytest.approx(best.verdict.quality)]
     assert metrics["optimum_share"] == [pytest.approx(best.verdict.quality / 0.5)]
     (elements,) = metrics["element_quality"]
     assert {k for k, quality in enumerate(elements) if quality is not None} == {6, 17, 18, 40, 46}

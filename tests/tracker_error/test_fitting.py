@@ -167,9 +167,20 @@ def test_recordings_of_other_joints_are_refused(recordings):
                   settings=("tracker=vqf",))
 
 
-def test_the_command_says_what_is_wrong(tmp_path, capsys):
-    assert main(["fit-error", str(tmp_path / "absent.npz"), str(tmp_path / "e.toml")]) == 2
-    assert "there is no such file" in capsys.readouterr().err
+@pytest.mark.parametrize(("name", "told"), [
+    ("absent.npz", "there is no such file; allowed: a run (.h5), or a recording of sensors with a reference; "
+                   "paths start from the current folder, FESLOOP_RECORDINGS or not"),
+    ("absent.h5", "there is no such file; "), ("broken.npz", ""), ("broken.csv", "")])
+def test_the_command_says_what_is_wrong_with_a_file_and_of_no_experiment(name, told, tmp_path, monkeypatch,
+                                                                         capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("FESLOOP_RECORDINGS", str(tmp_path / "lab"))
+    if name.startswith("broken"):
+        (tmp_path / name).write_text("no numbers")
+    assert main(["fit-error", name, "e.toml"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"fesloop: {name}: {told}")
+    assert "hil_replay" not in line
 
 
 def test_a_recording_without_a_reference_is_refused(recordings):

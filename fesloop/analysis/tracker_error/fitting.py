@@ -16,10 +16,11 @@ from fesloop.analysis.tracker_error.error_record import ErrorRecord
 from fesloop.analysis.tracker_error.judging import Judgement, judge
 from fesloop.analysis.tracker_error.measured_errors import MeasuredErrors, measured_errors
 from fesloop.analysis.tracker_error.series_fit import FEWEST, SeriesFit, fit_series
-from fesloop.errors import InputError
+from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.running import Experiment
+from fesloop.given_files import exists
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.wire import least_burst
@@ -179,6 +180,10 @@ def fit_error(*paths: str, settings: tuple[str, ...] = (), reference_late_ms: fl
 
 def _measured(path: str, settings: tuple[str, ...], late_ns: int) -> MeasuredErrors:
     """Errors in a run, or in a recording that is played."""
+    if not exists(Path(path)):
+        raise InputError(path, "there is no such file",
+                         "a run (.h5), or a recording of sensors with a reference",
+                         "paths start from the current folder, FESLOOP_RECORDINGS or not")
     if _is_run(path):
         if settings:
             raise InputError(f"--set {settings[0]}", f"is given for {path}, which is a finished run",
@@ -193,12 +198,22 @@ def _measured(path: str, settings: tuple[str, ...], late_ns: int) -> MeasuredErr
 def player(path: str, settings: tuple[str, ...]) -> Experiment:
     """`hil_replay` of a recording; a chain with known joints is tracked by `constrained` by default."""
     given = f"recording={path}", *settings
-    experiment = load(PLAYER, given)
+    try:
+        experiment = load(PLAYER, given)
+    except InputError as fault:  # of an experiment that the user did not name
+        raise _without(f"{PLAYER}: blocks.recording: ", fault) from None
     if any(setting.startswith(("tracker=", "blocks.tracker.")) for setting in settings):
         return experiment
     played = [node.part.source for node in experiment.nodes if isinstance(node.part, Replay)]
     chain = any(source.source_format == CHAIN5 for source in played)
     return load(PLAYER, (*given, "tracker=constrained")) if chain else experiment
+
+
+def _without(prefix: str, fault: InputError) -> InputError:
+    """The fault, its place without a prefix."""
+    each = [InputError(one.where.removeprefix(prefix), one.found, one.allowed, one.remedy)
+            for one in (fault.faults if isinstance(fault, InputErrors) else [fault])]
+    return InputErrors(each) if len(each) > 1 else each[0]
 
 
 def _is_run(path: str) -> bool:

@@ -12,7 +12,7 @@ from fesloop.analysis.study.design.shipped_studies import kept_metrics, shipped_
 from fesloop.apps.cli.output import print_json, print_table
 from fesloop.errors import InputError
 from fesloop.experiment import registry
-from fesloop.experiment.files.source import shipped
+from fesloop.experiment.files.source import read_experiment, shipped
 from fesloop.experiment.metrics.words import Definition, definitions_of, groups, plain_text
 
 _WIDTH = 100
@@ -45,6 +45,11 @@ def execute(args: Namespace) -> int:
 
 def _explained(name: str, fault: InputError) -> InputError:
     """The fault of a name that is no number, with what else has the name or a part of it."""
+    if kind := _kind_of_signal(name):
+        package = registry.find(kind).__module__.partition(".")[0]
+        return InputError(
+            fault.where, f"{name!r} is a signal of a recording (block kind {kind}), and no number",
+            "numbers as commands print them", f"docs/reference/{package}.md explains the outputs of {kind}")
     whole = [f"the {word} {name} (`{command}`)" for word, known, command in (
         ("experiment", shipped(), f"fesloop check {name}"),
         ("study", shipped_studies(), f"fesloop study {name} --dry-run"),
@@ -64,6 +69,16 @@ def _explained(name: str, fault: InputError) -> InputError:
     else:
         return fault
     return InputError(fault.where, found, "numbers as commands print them", "`fesloop explain` lists all")
+
+
+def _kind_of_signal(name: str) -> str:
+    """Kind of the block of a shipped experiment whose output a name NODE.PORT is; empty without one."""
+    node, _, port = name.strip().partition(".")
+    for experiment in shipped() if port else ():
+        table = read_experiment(experiment)[1]["blocks"].get(node)
+        if table and f"`{port}`" in (registry.find(table["kind"]).__doc__ or ""):
+            return str(table["kind"])
+    return ""
 
 
 def _some(names: Sequence[str]) -> str:

@@ -16,6 +16,9 @@ from fesloop.models.patient_model import require_usable
 if TYPE_CHECKING:
     from fesloop.models.arm_people import ArmPerson
 
+_WEAK = 50.0
+"""Fit of a recruitment curve, %, below which it is marked (chosen: it explains 1 - .5^2 of the variance)."""
+
 
 def execute(args: Namespace) -> int:
     """Write the file of a patient's model, or of a person."""
@@ -147,11 +150,16 @@ def _print(report: dict[str, Any]) -> None:
                 rows, sys.stderr)
     rows = [[str(c), row["electrode"], f"{row['current_ma']:g}", f"{row['threshold_us']:.0f}",
              *(f"{row[name]:.2f} {row['at_bound'].get(name, '')}".rstrip() for name in ("half_ma", "spread")),
-             f"{row['fit_percent']:.0f}", *(["yes" if row["grips"] else ""] if missed else [])]
+             f"{row['fit_percent']:.0f}{' weak' if row['fit_percent'] < _WEAK else ''}",
+             *(["yes" if row["grips"] else ""] if missed else [])]
             for c, row in enumerate(report["channels"])]
     print_table("recruitment: threshold at 5 %, half at an effective current", [
         "channel", "electrode", "mA", "threshold us", "half mA", "spread", "fit %",
         *(["grips"] if missed else [])], rows, sys.stderr)
     if any(row["at_bound"] for row in report["channels"]):
-        print("'or more', 'or less': the fit is at the end of the range tried (half: the strongest pulse); "
-              "the patient's value may lie beyond", file=sys.stderr)
+        print("'or more', 'or less': the fit is at the end of the range tried"
+              f"{'' if missed else ' (half: the strongest pulse)'}; the patient's value may lie beyond",
+              file=sys.stderr)
+    if any(row["fit_percent"] < _WEAK for row in report["channels"]):
+        print(f"'weak': a fit below {_WEAK:g} %, which explains less than three quarters of the variance "
+              "of the responses: expect others than the model's", file=sys.stderr)

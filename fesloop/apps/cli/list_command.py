@@ -53,7 +53,7 @@ def execute(args: Namespace) -> int:
 
 def _experiment(document: Mapping[str, Any]) -> dict[str, Any]:
     """Description and guide of a shipped experiment."""
-    optional: dict[str, Any] = {"needs": [], "needs_with": {}, "try_next": []}
+    optional: dict[str, Any] = {"needs": [], "needs_with": {}, "try_next": [], "try_next_with": {}}
     guide = document.get("guide")
     return {"description": _description(document), **(optional | guide if guide else {})}
 

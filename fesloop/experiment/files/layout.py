@@ -51,6 +51,7 @@ class Guide:
     needs_with: additional requirements of a setting, such as {"plant=myohand" = "extra myohand"}.
     try_next: commands that continue from its run; `RUN.h5` in them means the recording of the run, and
         `RECORDING` the recording that it played.
+    try_next_with: commands that take the place of these with a setting, as in {"plant=myohand" = [...]}.
     """
 
     job: Job
@@ -58,6 +59,7 @@ class Guide:
     needs: tuple[Need, ...] = ()
     needs_with: dict[str, Need] = field(default_factory=dict)
     try_next: tuple[str, ...] = ()
+    try_next_with: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.takes_s > 0.0:
@@ -78,8 +80,11 @@ class Guide:
                        if key.split(".")[-1] == "recording"), "")
         # A name that begins with a dash would be an option.
         recording = f"./{recording}" if recording.startswith("-") else recording
+        plain = {"".join(each.strip() for each in _parts(setting)) for setting in settings}
+        suggested = next((these for setting, these in self.try_next_with.items() if setting in plain),
+                         self.try_next)
         commands = []
-        for command in self.try_next:
+        for command in suggested:
             plays, runs = PLAYED in command, _RUNS.fullmatch(command)
             if plays and (not played or (command.startswith(_FITS_ERROR) and not scored)):
                 continue

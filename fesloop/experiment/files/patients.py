@@ -151,6 +151,12 @@ def describe(choice: Mapping[str, Any]) -> str:
     return f"{text}, errors x {choice['error_scale']:g}" if "error_scale" in choice else text
 
 
+def identity(choice: Mapping[str, Any] | None) -> dict[str, str]:
+    """`patient` in words and `patient_fingerprint` of a table [patient], whatever the day; "" without one."""
+    return {"patient": describe(_without_occasion(choice)) if choice else "",
+            "patient_fingerprint": patient_fingerprint(choice) if choice else ""}
+
+
 def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool = True) -> dict[str, Any]:
     """Replace the names of model files in a document by the models.
 
@@ -172,6 +178,15 @@ def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool =
     if faults:
         raise InputErrors(faults)
     return {**document, "blocks": loaded, **_noted(document["experiment"], notes)}
+
+
+def hand_plant(blocks: Mapping[str, Any]) -> str:
+    """Kind of the plant that is a hand; "" without one, or for a hand whose size is not a parameter."""
+    for _, table in sorted(blocks.items()):
+        made = registry.find(table["kind"])
+        if "hand" in hints_of(made) and is_plant(made):
+            return str(table["kind"])
+    return ""
 
 
 def _with_channels(document: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
@@ -224,6 +239,8 @@ def _with_model(where: str, table: Mapping[str, Any], document: dict[str, Any], 
         elif isinstance(hint, ReadsFile) and _is_file(value):
             try:
                 made[key] = hint.file_tables(Path(value["file"]))
+                if patient_known and "patient" in made[key]:
+                    _require_patient(f"{where}.{key}", value, made[key], document, notes)
             except InputError as fault:
                 raise fault.within(f"{where}.{key}") from None
         elif LinearModel in get_args(hint) and isinstance(value, list):
@@ -252,6 +269,12 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     if poor:
         much = "little" if model.usable else "too little to control by"
         notes.append(f"{name} explains {much}: {'; '.join(poor)}")
+    plant = hand_plant(document["blocks"])
+    if plant and model.plant and plant != model.plant:
+        notes.append(f"the model {name} was identified on another hand, {model.plant}, and this is {plant}: "
+                     f"identify again with --set plant={plant}")
+    if missed := model.missed_in_words():
+        notes.append(f"the model {name} predicts that its elements leave {missed}: expect errors there")
     day = str(document.get("patient", {}).get("day", ""))
     if "patient" in required and model.day != day:
         notes.append(f"{name} was identified on {_day(model.day)}, and this is {_day(day)}: electrodes, "
@@ -265,6 +288,24 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
     table.setdefault("current_ma", list(model.current_ma))
     found: dict[str, Any] = plain(model.model)
     return found
+
+
+def _require_patient(where: str, value: Mapping[str, Any], of: Mapping[str, str],
+                     document: Mapping[str, Any], notes: list[str]) -> None:
+    """Raise InputError where a file is `of` another patient than the document's; `any_patient` notes it."""
+    own, path = identity(document.get("patient")), value["file"]
+    marks = of["patient_fingerprint"], own["patient_fingerprint"]
+    if marks[0] == marks[1] if all(marks) else of["patient"] == own["patient"]:
+        return
+    whose, here = of["patient"] or "a plant without a patient", own["patient"] or "a plant without a patient"
+    if value.get("any_patient"):
+        notes.append(f"{where.removeprefix('blocks.')} is of another person: of {whose}, and this is {here} "
+                     "(any_patient = true)")
+        return
+    changed = " before its file changed" if whose == here else ""
+    raise InputError(f"{path}: patient", f"the recording is of {whose}{changed}",
+                     f"{here}, as this experiment has, on any day",
+                     "record this one, or say --set any_patient=true")
 
 
 def _day(day: str) -> str:

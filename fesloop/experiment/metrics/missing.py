@@ -15,6 +15,7 @@ _REASONS = (
     ("split_", "nothing of the tracker had arrived at the controller in the scored part of this trial, "
      "as far as it is recorded"),
     ("minutes", "the search had not ended"),
+    ("found_predicted", "the search had found nothing by the end, or its strategy predicts no quality"),
     ("found", "the search had found nothing by the end"),
     ("optimum_share", "the search had found nothing by the end"),
     ("decline_pct", "the trial ended before the last cycle, or the first cycle has no peak"),

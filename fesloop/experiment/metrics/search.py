@@ -149,10 +149,12 @@ def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
     """Metrics of all trials, in lists of one value per trial.
 
     `queries`; `minutes` until the search had ended, nan where it had not; of what it recommends
-    `found_elements`, `found_ma`, `found_quality` and `found_selectivity`, by the true movement of the
-    hand in that query, no elements and nan where no query was answered; with an optimum, `optimum_share`, the
-    share of it; and `element_quality`, for each element the best true quality of the queries with
-    it, None without such a query: a map over the arrays.
+    `found_elements`, `found_ma`; `found_measured_quality`, which the tracker saw in that query, and
+    `found_predicted_quality` with `found_predicted_sd`, nan where the strategy predicts none;
+    `found_true_quality` and `found_true_selectivity`, by the true movement of the hand in that query, which
+    nobody knows of a person; no elements and nan where no query was answered; with an optimum,
+    `optimum_share`, the share of it; and `element_quality`, for each element the best true quality of the
+    queries with it, None without such a query: a map over the arrays.
     """
     metrics: dict[str, list[Any]] = {}
     for trial in range(recording.trials):
@@ -168,15 +170,28 @@ def _of_trial(recording: Recording, score: SearchScore, trial: int) -> dict[str,
     minutes = phase.times_ns[over[0]] / (60.0 * NS_PER_S) if over.size else math.nan
     count = recording.signal(f"{score.search}.best_multiplexing", trial).values.shape[1]
     elements, current_ma = queries[-1].best if queries else ((), math.nan)
-    verdict = next((one.verdict for one in reversed(queries)
-                    if one.elements == elements and math.isclose(one.current_ma, current_ma)), None)
-    quality = verdict.quality if verdict else math.nan
+    chosen = next((one for one in reversed(queries)
+                   if one.elements == elements and math.isclose(one.current_ma, current_ma)), None)
+    quality = chosen.verdict.quality if chosen else math.nan
+    predicted, sd = _predicted(recording, score, trial) if queries else (math.nan, math.nan)
     found = {"queries": len(queries), "minutes": float(minutes), "found_elements": list(elements),
-             "found_ma": current_ma, "found_quality": quality,
-             "found_selectivity": verdict.selectivity if verdict else math.nan}
+             "found_ma": current_ma,
+             "found_measured_quality": chosen.quality if chosen else math.nan,
+             "found_predicted_quality": predicted, "found_predicted_sd": sd,
+             "found_true_quality": quality,
+             "found_true_selectivity": chosen.verdict.selectivity if chosen else math.nan}
     if score.optimum is not None:
         found["optimum_share"] = quality / score.optimum
     return found | {"element_quality": element_quality(queries, count)}
+
+
+def _predicted(recording: Recording, score: SearchScore, trial: int) -> tuple[float, float]:
+    """Quality that a search predicts of what it recommends, with its sd; nan where it predicts none."""
+    names = [f"{score.search}.best_quality", f"{score.search}.best_quality_sd"]
+    if any(name not in recording.signals for name in names):  # recorded before there was one, or left out
+        return math.nan, math.nan
+    quality, sd = (float(recording.signal(name, trial).values[-1]) for name in names)
+    return (quality, sd) if sd > 0.0 else (math.nan, math.nan)
 
 
 def element_quality(asked: list[Asked], count: int) -> list[float | None]:

@@ -55,6 +55,7 @@ from fesloop.experiment.recording.form import (
     plant_rows,
 )
 from fesloop.experiment.specification import ExperimentSpecification
+from fesloop.given_files import is_folder
 from fesloop.loop.block import Block, Tick
 from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacer
@@ -72,6 +73,14 @@ which are never read again, so that a run would grow for minutes."""
 
 _END_OF_FILE = 28
 """Offset in the superblock of the length of the file."""
+
+
+def require_folder_name(folder: Path) -> None:
+    """Raise InputError for a folder that does not exist and has the name of a recording."""
+    if folder.suffix.lower() in (".h5", ".hdf5") and not is_folder(folder):
+        raise InputError(f"--out {folder}", "has the name of a file",
+                         "a folder: the recording in it is named after the experiment",
+                         f"give --out {folder.with_suffix('')}")
 
 
 def draft_file(folder: Path, name: str) -> tuple[Path, h5py.File]:

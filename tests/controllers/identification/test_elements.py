@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -57,6 +58,42 @@ def test_a_curve_is_found_that_gives_the_responses(threshold_ma, spread, gain):
     told = moved_by(curve.gain, curve.threshold_ma, curve.spread)
     assert np.abs(told - seen).max() < 0.03 * np.abs(seen).max()
     assert curve.fit_percent > 60.0
+
+
+@given(st.floats(0.5, 120.0), st.sampled_from([0.1, 0.3, 0.45, 0.6, 1.2]))
+@settings(deadline=None)
+def test_a_fit_at_the_end_of_what_is_tried_is_marked_and_no_other(threshold_ma, spread):
+    """Values 2 to 60 mA are tried, and spreads of .3, .45 and .6."""
+    effective = np.geomspace(0.2, 300.0, 60)
+    curve = curve_of(effective, np.outer(ndtr(np.log(effective / threshold_ma) / spread), np.ones(6)))
+    half, width = curve.at_bound.get("half_ma"), curve.at_bound.get("spread")
+    found = curve.threshold_ma
+    assert half == ("or less" if found < 2.05 else "or more" if found > 58.0 else None)
+    tried = spread in (0.3, 0.45, 0.6)  # another one moves the threshold that fits best
+    if 2.5 < threshold_ma < 50.0:
+        assert half is None or not tried
+        assert width == ("or less" if spread < 0.4 else "or more" if spread > 0.5 else None)
+    if tried and not 1.9 < threshold_ma < 64.0:
+        assert half
+
+
+def test_edges_and_weak_fits_are_marked_in_the_table_and_explained(swept, capsys):
+    from fesloop.apps.cli.identify_command import _print
+
+    identified, *_ = swept
+    report = identified.report()
+    report["channels"][0] |= {"fit_percent": 41.0, "at_bound": {"half_ma": "or more"}, "half_ma": 60.0}
+    _print(report)
+    told = capsys.readouterr().err
+    assert re.search(r"^ +0 .* 60\.00 or more .* 41 weak", told, re.MULTILINE)
+    assert "'weak': a fit below 50 %" in told
+    assert "the patient's value may lie beyond" in told
+    for row in report["channels"]:
+        row |= {"fit_percent": 50.0, "at_bound": {}}
+    _print(report)
+    told = capsys.readouterr().err
+    assert "weak" not in told
+    assert "lie beyond" not in told
 
 
 @given(st.floats(3.0, 14.0), st.sampled_from([0.3, 0.45, 0.6]))
@@ -265,6 +302,8 @@ def test_a_sweep_gives_a_model_that_a_grasp_takes(swept, tmp_path):
     assert json.loads(json.dumps(identified.report()))["usable"]
     again = load_patient_model(file)
     assert (again.closing, again.grasping) == (identified.choice.closing, identified.choice.grasping)
+    assert again.plant == "hand"
+    assert again.misses() == identified.model.misses()
     experiment = load("grasp_mpc", [*MODEL, f"model={file}"])
     blocks = experiment.document()["blocks"]
     assert [each["elements"] for each in blocks["stimulator"]["electrodes"]] == [
@@ -281,7 +320,7 @@ def test_a_sweep_gives_a_model_that_a_grasp_takes(swept, tmp_path):
 def test_a_posture_that_no_element_reaches_is_said(swept):
     identified, *_ = swept
     far = {f"{name} nearer than {abs(value):.0f} deg to the {posture.name} hand"
-           for posture, row in zip(identified.task, identified.choice.missed_deg, strict=True)
+           for posture, row in zip(GRASP, identified.choice.missed_deg, strict=True)
            for name, value in zip(OUTPUTS, row, strict=True) if abs(value) > 8.0}
     assert far
     told = {doubt.removeprefix("no elements bring ").partition(":")[0] for doubt in identified.doubts()}

@@ -12,6 +12,7 @@ from controllers.point_search.space import SearchSpace
 from controllers.point_search.state import BASELINE, ENDED, MEASURE, Timetable
 from controllers.point_search.strategies import Strategies, TwoPhase
 from fesloop import Recording, load
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.metrics.search import answered
 from fesloop.hand.movements import FREEDOMS, movement_of
@@ -199,3 +200,47 @@ def test_a_search_begins_with_the_recording_of_another(tmp_path):
     other = load("finger_pid_latency", ["experiment.duration_s=1.0"]).run(tmp_path)
     with pytest.raises(InputError, match="block of kind point_search"):
         load("array_search_gp", [f"earlier={other.recording}"])
+
+
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory):
+    """Recording of a search of member 0 of cohort 1 of sci_c6, on day 1."""
+    pytest.importorskip("sklearn")
+    folder = tmp_path_factory.mktemp("searched")
+    return load("array_search_gp", ["duration_s=9", "tracker=ideal"]).run(folder).recording
+
+
+@pytest.mark.parametrize(("other", "here"), [
+    (["member=3"], "sci_c6, member 3 of cohort 1"),
+    (["cohort=59"], "sci_c6, member 0 of cohort 59"),
+    (["patient=able_bodied", "day=2"], "able_bodied, member 0 of cohort 1")])
+def test_an_earlier_search_of_another_person_is_refused_unless_asked_for(searched, other, here, tmp_path,
+                                                                         monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    settings = [*other, "tracker=ideal", f"earlier={searched}"]
+    words = [word for each in settings for word in ("--set", each)]
+    for command in (["check"], ["run", "--out", "made"]):
+        assert main([*command, "array_search_gp", *words]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line == (
+            f"fesloop: array_search_gp with tracker=ideal: blocks.search.earlier: {searched}: patient: the "
+            f"recording is of sci_c6, member 0 of cohort 1; allowed: {here}, as this experiment has, on any "
+            "day; record this one, or say --set any_patient=true")
+    asked = load("array_search_gp", [*settings, "any_patient=true"])
+    search = next(node.part for node in asked.nodes if node.name == "search")
+    assert search.earlier.responses
+    assert [f"is of another person: of sci_c6, member 0 of cohort 1, and this is {here}" in note
+            for note in asked.notes] == [True]
+
+
+def test_an_earlier_search_of_another_day_or_by_another_path_is_of_the_same_person(searched, tmp_path):
+    assert not load("array_search_gp", ["day=7", f"earlier={searched}"]).notes
+    for name, text in (("sci_c6", ""), ("weaker", "[strength]\noverall = 0.7\n")):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(f'extends = "sci_c6"\n{text}')
+        settings = [f"patient={path}", f"earlier={searched}"]
+        if text:
+            with pytest.raises(InputError, match="as this experiment has"):
+                load("array_search_gp", settings)
+        else:
+            assert not load("array_search_gp", settings).notes

@@ -22,6 +22,7 @@ from controllers.point_search.semi_automatic import SemiAutomatic
 from controllers.point_search.space import SearchSpace, joined
 from controllers.point_search.strategies import TwoPhase
 from fesloop.errors import InputError
+from fesloop.experiment.files.parse import load
 from fesloop.hand.movements import FREEDOMS
 from fesloop.models.electrode_arrays import ArrayLayout
 
@@ -30,7 +31,7 @@ EXTRAS = {name: find_spec(package) is not None
 KNOWN = {"exhaustive": Exhaustive(), "listed": Listed(elements=((2,), (3, 1)), current_ma=(4.0, 8.0)),
          "random": Random(queries=7), "two_phase": TwoPhase(step_uc=0.7, best=3),
          "semi_automatic": SemiAutomatic(step_ma=3.0, stairs=5),
-         "gaussian_process": GaussianProcess(queries=9),
+         "gaussian_process": GaussianProcess(queries=4),
          "optuna": OptunaSearch(queries=6, first=3)}
 NAMES = [name for name in KNOWN if EXTRAS.get(name, True)]
 
@@ -247,6 +248,27 @@ def test_a_second_day_begins_where_the_first_ended():
 
 
 @pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
+@pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
+@given(spaces(), st.integers(1, 12))
+@settings(max_examples=15, deadline=None)
+def test_more_queries_than_candidates_are_refused(space, queries):
+    strategy, count = GaussianProcess(queries=queries, least_gain=0.0), len(candidates(space))
+    if queries > count:
+        with pytest.raises(InputError, match=f"{queries}; allowed: 1 to {count}, the number of candidates"):
+            strategy.start(space, 0)
+    else:
+        assert len(play(strategy, space, 0, 0)[1]) == queries
+    assert GaussianProcess().start(space, 0)
+
+
+@pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
+def test_the_number_of_queries_has_a_short_name():
+    search = load("array_search_gp", ["queries=20"]).document()["blocks"]["search"]["strategies"]
+    assert search["gaussian_process"]["queries"] == search["optuna"]["queries"] == 20
+    with pytest.raises(InputError, match=r"queries.*: 900000; allowed: 1 to \d+, the number of candidates"):
+        load("array_search_gp", ["queries=900000"])
+
+
 @pytest.mark.parametrize(("earlier", "strategy", "named"), [
     (("pinch", (3,)), "gaussian_process", "is a search for pinch"),
     (("finger_opening", (3,)), "random", "is not used by the strategy random"),

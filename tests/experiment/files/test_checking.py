@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.parse import check
+from fesloop.experiment.files.parse import check, load
 
 
 def block_class(annotation):
@@ -38,3 +38,14 @@ def test_a_kind_that_comes_to_others_is_known():
     tables["blocks"]["other"] = {"kind": "other", "gain": 2.0}
     check(document(1.0), {"gain": gain}, [])
     check(tables, {"gain": gain, "other": block_class(float)}, [])
+
+
+@pytest.mark.parametrize(("name", "setting", "told"), [
+    ("grasp_ilc", 'blocks.controller.bank=["A.toml"]', 'bank[0]: "A.toml" is text; allowed: a table; to name '
+     'a file: { file = "A.toml" }'),
+    ("grasp_mpc", 'blocks.controller.model="A.toml"', 'to name a file: { file = "A.toml" }'),
+    ("grasp_mpc", 'blocks.hand.table="A.toml"', '"A.toml" is text; allowed: a table')])
+def test_a_file_in_place_of_its_table_is_answered_with_the_table(name, setting, told):
+    with pytest.raises(InputError) as refused:
+        load(name, [setting])
+    assert str(refused.value).endswith(told)

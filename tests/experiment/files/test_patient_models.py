@@ -1,12 +1,17 @@
 import json
+import shlex
 import tomllib
+from dataclasses import replace
 from importlib import resources
 
+import h5py
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.files.parse import from_document, load
 from fesloop.experiment.files.patients import describe, drawn_patient, patient_fingerprint
 from fesloop.experiment.registry import find
 from fesloop.models.patient_model import PatientModel, load_patient_model
@@ -86,6 +91,48 @@ def test_a_model_of_another_day_is_taken_with_a_caution(tmp_path, model_day, day
     assert [told in note for note in notes] == ([True] if told else [])
     anyone = controlled({**model, "any_patient": True})
     assert not from_document({**anyone, "patient": {**who, **day}}).notes
+
+
+@given(st.lists(st.floats(-40.0, 40.0), min_size=6, max_size=6))
+def test_what_a_model_says_that_its_elements_miss_is_noted_the_farthest_first(tmp_path_factory, angles):
+    missed = {posture: dict(zip(("MCP", "PIP", "DIP"), angles[3 * i:3 * i + 3], strict=True))
+              for i, posture in enumerate(("opened", "closed"))}
+    path = tmp_path_factory.mktemp("missed") / "model.toml"
+    a_model(missed_deg={**missed, "pressing": dict.fromkeys(missed["closed"], 50.0)}).save(path)
+    notes = from_document(controlled({"file": str(path)})).notes
+    far = sorted((f"{name} {abs(deg):.0f} deg from the {posture} hand" for posture, row in missed.items()
+                  for name, deg in row.items() if abs(deg) > 8.0), key=lambda text: -int(text.split()[1]))
+    begin = "the model mpc.model predicts that its elements leave "
+    assert [note.startswith(begin) for note in notes] == [True] * bool(far)
+    for note in notes:
+        assert far[0].split()[1] in note.split(",")[0]
+        assert sum(text in note for text in set(far)) >= min(3, len(set(far)))
+        assert (f", and {len(far) - 3} more" in note) == (len(far) > 3)
+
+
+@pytest.mark.parametrize(("identified_on", "hand", "told"), [
+    ("hand", "myohand", True), ("myohand", "hand", True), ("hand", "hand", False), ("", "myohand", False)])
+def test_a_model_of_another_hand_is_taken_with_a_word(identified_on, hand, told, tmp_path):
+    if hand == "myohand":
+        pytest.importorskip("myo_sim")
+    model = load_patient_model("grasp_sci_c6")
+    replace(model, plant=identified_on).save(tmp_path / "model.toml")
+    notes = load("grasp_mpc", [f"plant={hand}", f"model={tmp_path / 'model.toml'}"]).notes
+    assert [f"was identified on another hand, {identified_on}, and this is {hand}" in each
+            for each in notes] == [True] * told
+
+
+@pytest.mark.parametrize("name", ["sweep.h5", "my sweep.toml"])
+def test_a_recording_in_place_of_a_model_is_to_be_identified_first(name, tmp_path):
+    path = tmp_path / name
+    with h5py.File(path, "w") as file:
+        file["status"] = b"done"
+    with pytest.raises(InputError) as refused:
+        from_document(controlled({"file": str(path)}))
+    assert str(refused.value) == (
+        f"experiment: blocks.mpc.model: {path}: is a recording (HDF5); allowed: a model file, made by "
+        f"fesloop identify; identify it first: fesloop identify {shlex.quote(str(path))} "
+        "--out own_model.toml")
 
 
 def test_any_patient_may_be_asked_for(tmp_path):

@@ -204,3 +204,15 @@ def test_every_metric_of_a_run_is_defined(name, tmp_path):
     found = paths_of(fesloop.load(name, short.get(name, ())).run(tmp_path).metrics)
     assert found
     assert {metric for metric in found if not defined(metric)} == set()
+
+
+@pytest.mark.parametrize(("signal", "kind", "page"), [
+    ("search.best_quality", "point_search", "controllers"), ("hand.angles", "hand", "plants"),
+    ("tracker.fingertips", "constrained", "estimators")])
+def test_a_signal_is_called_one_and_its_page_is_named(signal, kind, page, capsys):
+    assert main(["explain", signal]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{signal!r} is a signal of a recording (block kind {kind}), and no number" in line
+    assert line.endswith(f"docs/reference/{page}.md explains the outputs of {kind}")
+    assert main(["explain", f"{signal}_of_nothing"]) == 2
+    assert "is a signal" not in capsys.readouterr().err

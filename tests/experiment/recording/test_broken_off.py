@@ -7,14 +7,20 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import h5py
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import fesloop
 from fesloop import InputError, Recording
 from fesloop.experiment.running import run
+from fesloop.experiment.trouble import troubles
+from fesloop.show.report.run.known import Known
+from fesloop.show.report.run.sentence import sentence_of
 
 SMALL = Path(__file__).parents[1] / "small.toml"
 KILLS = 3 if os.environ.get("CI") else 20
@@ -99,6 +105,40 @@ def test_ctrl_c_keeps_a_readable_recording(tmp_path):
         assert recording.status == "interrupted"
         assert recording.signal("finger.angles").times_ns.size
     h5py.File(path, "r").close()
+
+
+class AskedLater:
+    """A request to stop that comes after a number of looks."""
+
+    def __init__(self, looks):
+        self.looks = looks
+
+    @property
+    def asked(self):
+        self.looks -= 1
+        return self.looks < 0
+
+
+@given(st.integers(1, 3), st.integers(1, 80))
+@settings(max_examples=10, deadline=None)
+def test_summary_and_report_say_how_far_a_run_got_that_was_interrupted(tmp_path_factory, trials, looks):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fesloop.experiment.running.interruptible", lambda: nullcontext(AskedLater(looks)))
+        patch.setattr("fesloop.experiment.running._LONGEST_STRETCH_NS", 10**8)
+        spec = fesloop.load(SMALL, ["experiment.duration_s=2", f"experiment.trials={trials}"])
+        result = run(spec, tmp_path_factory.mktemp("asked"))
+    with Recording(result.recording) as recording:
+        last = recording.trials - 1
+        until_s = recording.signal("finger.angles", last).times_ns[-1] / 1e9
+        found = [each.text for each in troubles(recording, result.metrics)]
+        told = sentence_of(Known(recording, recording.trials, (last,), None, result.metrics, {}, (),
+                                 frozenset()))
+    assert ("The run was interrupted" in told) == (result.status == "interrupted")
+    if result.status == "interrupted":
+        which = f" in trial {last} (of 0 to {trials - 1})" if trials > 1 else ""
+        place = f"he run was interrupted at {until_s:.3g} of 2 s{which}"
+        assert found[0] == f"t{place}: numbers are of what was recorded until then"
+        assert told.startswith(f"T{place}; recorded until then: ")
 
 
 def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path, monkeypatch):

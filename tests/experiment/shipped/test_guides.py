@@ -156,3 +156,8 @@ def test_what_to_try_next_can_be_tried(command, recorded):
 def test_placeholders_stand_for_recordings_alone():
     for command in COMMANDS:
         assert set(re.findall(r"\b[A-Z]{3,}\b(?:\.h5)?", command)) <= {RUN, "RECORDING"}
+
+
+@pytest.mark.parametrize("name", ["grasp_ilc", "grasp_mpc", "grasp_emg", "pinch_mpc", "key_mpc"])
+def test_every_grasp_has_a_short_name_for_its_number_of_trials(name):
+    assert read(name)[1]["aliases"]["trials"] == "experiment.trials"

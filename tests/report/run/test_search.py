@@ -45,7 +45,7 @@ def test_the_sentence_tells_what_was_found_and_beside_what(parts, asked):
     best = max(asked, key=lambda one: one.verdict.quality)
     text = next(part.text for part in parts if isinstance(part, Paragraph))
     assert text.startswith("4 queries for finger opening in 0.2 min.")
-    assert f"of quality {best.verdict.quality:.2f}" in text
+    assert f"of quality {best.quality:.2f} by the tracker and truly {best.verdict.quality:.2f}" in text
     assert f"{100.0 * best.verdict.quality / 0.5:.0f} % of the best there is, 0.50" in text
 
 

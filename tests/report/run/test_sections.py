@@ -8,6 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import fesloop
 from fesloop.experiment.files.parse import load
@@ -178,6 +180,30 @@ def test_of_many_trials_the_first_and_the_last_stand_in_the_table():
     assert [int(row[0]) for row in table.rows] == [*range(30), *range(170, 200)]
     assert [float(row[1]) for row in table.rows] == [*range(30), *range(170, 200)]
     assert "140 trials" in table.title
+
+
+@given(st.integers(2, 14), st.integers(1, 30))
+def test_a_table_has_a_column_a_trial_where_it_has_more_metrics(begun, count):
+    """26 columns of metrics were cut off."""
+    metrics = {f"metric_{number}": [float(100 * number + trial) for trial in range(begun)]
+               for number in range(count)}
+    (table,) = trials._tables(SimpleNamespace(metrics=metrics, begun=begun))
+    across = len(table.rows) == count and table.columns[1:] == [str(trial) for trial in range(begun)]
+    assert across or len(table.rows) == begun
+    assert len(table.columns) <= max(11, begun + 1) or begun > 10
+    cells = table.rows if across else list(zip(*table.rows, strict=True))[1:]
+    names = [row[0] for row in table.rows] if across else table.columns[1:]
+    assert len(set(names)) == count
+    for row, values in zip(cells, metrics.values(), strict=True):
+        assert [float(cell) for cell in (row[1:] if across else row)] == pytest.approx(values, abs=0.5)
+
+
+def test_elements_that_a_search_found_are_in_its_table():
+    metrics = {"queries": [3], "found_elements": [[9, 16]], "element_quality": [[None, 0.5]]}
+    (table,) = trials._tables(SimpleNamespace(metrics=metrics, begun=1))
+    assert [row[1] for row in table.rows] == ["3", "9, 16"]
+    (table,) = trials._tables(SimpleNamespace(metrics={"found_elements": [[]]}, begun=1))
+    assert [row[1] for row in table.rows] == ["none"]
 
 
 ONE = """

@@ -73,10 +73,9 @@ def test_of_a_trial_that_ended_before_the_while_did_what_there_is_of_it_is_said(
     ([None], "Whether the object was held is unknown: no trial lasted long enough."),
     ([True, True], "The object was held in 2 of 2 trials."),
     ([False, True, True], "The object was held in 2 of 3 trials, the last one among them."),
-    ([True, False], "The object was not held in the last of 2 trials. The object was held in 1 of 2 trials, "
-                    "the last one not among them."),
-    ([False, False], "The object was not held in the last of 2 trials. The object was held in 0 of 2 "
-                     "trials."),
+    ([True, False], "The object was held in 1 of 2 trials, not in the last."),
+    ([False, False], "The object was held in none of 2 trials."),
+    ([None, False], "The object was held in none of 2 trials (unknown for 1)."),
     ([False, None], "The object was held in 0 of 2 trials (unknown for 1)."),
 ])
 def test_whether_the_object_was_held(held, words):

@@ -42,7 +42,7 @@ def test_the_sentence_names_question_and_answer(make):
 
 
 def test_more_is_better_of_a_quality(make):
-    study = {"study": {"name": "s", "design": "grid", "metrics": {"quality": "found_quality"}}}
+    study = {"study": {"name": "s", "design": "grid", "metrics": {"quality": "found_true_quality"}}}
     path = make(lambda levels, replicate: {"quality": 0.1 * levels["jitter_ms"]}, figures=(), study=study)
     assert "Quality is best at latency 0 ms, jitter 5 ms" in study_page(path).sentence
 

@@ -23,6 +23,8 @@ from fesloop.show.report.run.words import joint_label, listed, metric_label, rou
 
 _MOST_ROWS, _MOST_JOINTS = 60, 8
 """Most rows of a table, and lines of a chart (chosen: what a reader takes in)."""
+_MOST_BESIDE = 10
+"""Most trials beside each other in a table (chosen: they fit on a page)."""
 
 
 def trials_section(known: Known) -> Section | None:
@@ -82,10 +84,13 @@ def _tables(known: Known) -> Iterator[Part]:
     shown = list(range(known.begun))
     if len(shown) > _MOST_ROWS:
         shown = [*shown[:_MOST_ROWS // 2], *shown[-_MOST_ROWS // 2:]]
-    rows = [[str(trial), *(rounded(values[trial]) for values in columns.values())] for trial in shown]
     left_out = known.begun - len(shown)
     title = "By trial" + (f" (without {left_out} trials in the middle)" if left_out else "")
-    if known.begun > 1:
+    if known.begun > 1 and len(columns) > len(shown) <= _MOST_BESIDE:  # a trial a column, or it is too wide
+        rows = [[label, *(rounded(values[trial]) for trial in shown)] for label, values in columns.items()]
+        yield Table(title=title, columns=["trial", *map(str, shown)], rows=rows, about=about)
+    elif known.begun > 1:
+        rows = [[str(trial), *(rounded(values[trial]) for values in columns.values())] for trial in shown]
         yield Table(title=title, columns=["trial", *columns], rows=rows, about=about)
     else:
         values = [[label, rounded(metric[0])] for label, metric in columns.items()]
@@ -99,6 +104,8 @@ def _by_trial(name: str, metric: Any, trials: int) -> Iterator[tuple[str, list[A
             for label, values in _by_trial(name, inner, trials):
                 stem, comma, unit = label.partition(", ")
                 yield f"{stem} {part}{comma}{unit}", values
+    elif name == "found_elements":
+        yield metric_label(name), [elements or "none" for elements in metric]
     elif isinstance(metric, list) and len(metric) == trials \
             and not any(isinstance(value, (list, dict)) for value in metric):
         yield metric_label(name), metric

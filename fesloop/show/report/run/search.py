@@ -209,9 +209,10 @@ def _sentence(recording: Recording, score: SearchScore, asked: Sequence[Asked], 
     told_first = f"{_counted_queries(asked)} for {movement_label(score.movement)} {ended}."
     if not elements:
         return f"{told_first} It recommends nothing."
-    quality = metrics.get("found_quality", np.nan)
-    truly = f", truly of quality {quality:.2f}" if np.isfinite(quality) else \
-        ", whose true quality is unknown because it was not queried itself"
+    quality = metrics.get("found_true_quality", np.nan)
+    measured = metrics.get("found_measured_quality", np.nan)
+    truly = f", of quality {measured:.2f} by the tracker and truly {quality:.2f}" \
+        if np.isfinite(quality) else ", whose true quality is unknown because it was not queried itself"
     text = f"{told_first} It recommends {_electrode(elements)} at {current_ma:g} mA{truly}"
     if score.optimum is not None and np.isfinite(quality):
         share = 100.0 * quality / score.optimum

@@ -8,7 +8,7 @@ from typing import Any
 
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.metrics.sweep import RESPONDS_DEG
-from fesloop.experiment.trouble import comparable, troubles
+from fesloop.experiment.trouble import comparable, reached, troubles
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.words import counted, listed, rounded
 
@@ -16,21 +16,22 @@ _SAID = ("broken_off", "rose")
 """Kinds of trouble that the summary expresses by its beginning and by the change of the error."""
 _MOST_ANGLES = 8
 """Angles of a sweep that the summary names (chosen: the six of a hand's fingers, wrist and thumb)."""
-_BROKEN_OFF = {"running": "The run is still under way or was killed; recorded so far: ",
-               "damaged": "The file is damaged; in its readable part: ",
-               "failed": "The run failed; recorded until then: ",
-               "interrupted": "The run was interrupted; recorded until then: "}
+_BROKEN_OFF = {"running": ("The run is still under way or was killed", "recorded so far"),
+               "damaged": ("The file is damaged", "in its readable part"),
+               "failed": ("The run failed", "recorded until then"),
+               "interrupted": ("The run was interrupted", "recorded until then")}
 
 
 def sentence_of(known: Known) -> str:
     """Summary of a run: first what went wrong, then what was measured."""
     status = known.recording.status
-    before = _BROKEN_OFF.get(status, "" if status == "done" else f"The run ended as {status!r}: ")
+    what, part = _BROKEN_OFF.get(status, (f"The run ended as {status!r}", "recorded"))
+    before = "" if status == "done" else f"{what}{reached(known.recording)}; {part}: "
     if not known.begun:
         return f"{before}nothing." if before else "Nothing was recorded."
     found = troubles(known.recording, known.metrics)
     wrong = [each for each in found if each.kind not in _SAID]
-    repeated = len(known.metrics.get("held") or ()) == 1 and any(each.kind == "not_held" for each in wrong)
+    repeated = (known.metrics.get("held") or [None])[-1] is False  # a trouble, which says how often it was
     findings = list(_findings(known, grasp=not repeated, compared=comparable(found)))
     if not findings and not repeated:
         findings = [f"{counted(known.begun, 'trial')} recorded; nothing was scored"]
@@ -168,7 +169,8 @@ def _search(metrics: Mapping[str, Any]) -> Iterator[str]:
         of_best = f", {100.0 * share:.0f} % of the optimum" if math.isfinite(share) else ""
         elements = f"element{'s' if len(found[0]) != 1 else ''} {listed(list(map(str, found[0])))}"
         text += (f", and recommends {elements} at {rounded(metrics['found_ma'][0])} mA "
-                 f"(quality {rounded(metrics['found_quality'][0])}{of_best})")
+                 f"(quality {rounded(metrics['found_measured_quality'][0])} by the tracker, "
+                 f"{rounded(metrics['found_true_quality'][0])} in truth{of_best})")
     yield text
 
 

@@ -19,8 +19,8 @@ from fesloop.show.figures.content import Content
 from fesloop.show.report.run.words import listed
 
 Better = Literal["low", "high"]
-_HIGH = frozenset({"held", "held_s", "grip_margin", "grasps_until_fatigue", "found_quality",
-                   "found_selectivity", "optimum_share", "fingertip_coverage"})
+_HIGH = frozenset({"held", "held_s", "grip_margin", "grasps_until_fatigue", "found_true_quality",
+                   "found_true_selectivity", "optimum_share", "fingertip_coverage"})
 """Metrics of runs (`fesloop.experiment.metrics`) that are better when greater."""
 _LOW = ("rmse", "rmse_deg", "rmse_mm", "rmse_n", "error_deg", "minutes", "queries", "charge_uc",
         "object_moved_mm", "unwanted_motion_deg", "decline_pct", "time_to_grasp_s")
