@@ -103,7 +103,7 @@ def test_the_experiments_that_the_page_lists_export_as_they_are():
     listed = re.search(r"export as they are: `controller` of (.*?), and `posture` of `(\w+)`", page, re.S)
     assert listed is not None
     names = re.findall(r"`(\w+)`", listed[1])
-    assert len(names) == 7
+    assert len(names) == 10
     for name, block in (*((name, "controller") for name in names), (listed[2], "posture")):
         assert program_of(fesloop.load(name), block).name == block
 

@@ -161,7 +161,7 @@ def test_every_kind_with_a_greatest_age_declares_it():
 def test_latency_beyond_what_safety_lets_through_is_a_caution_in_one_line(
         command, latency_ms, max_age_ms, told, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    out = ["--json"] if command == "check" else ["--out", str(tmp_path / "run.h5")]
+    out = ["--json"] if command == "check" else ["--out", str(tmp_path / "runs")]
     assert main([command, "finger_pid_latency", "--set", f"latency_ms={latency_ms}", "--set",
                  f"blocks.safety.max_age_ms={max_age_ms}", *out]) == 0
     said = capsys.readouterr()

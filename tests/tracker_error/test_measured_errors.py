@@ -113,8 +113,9 @@ def test_a_run_that_compares_nothing_is_refused(tmp_path):
 
 
 def test_settings_are_for_what_is_yet_to_be_played(tmp_path):
+    run = fesloop.load("recruitment_sweep", ["experiment.duration_s=1"]).run(tmp_path)
     with pytest.raises(InputError, match=r"--set .*: is given for .*, which is a finished run"):
-        fit_error(str(tmp_path / "run.h5"), settings=("tracker=vqf",))
+        fit_error(str(run.recording), settings=("tracker=vqf",))
     with pytest.raises(InputError, match="reference-late"):
         fit_error("a.npz", reference_late_ms=float("nan"))
 

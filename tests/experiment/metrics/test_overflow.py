@@ -24,7 +24,7 @@ def test_squares_beyond_floats_are_the_reason_and_nothing_is_warned_of(tmp_path)
 @pytest.mark.parametrize(("settings", "unstable"), [(UNSTABLE, True), (["experiment.duration_s=6"], False)])
 def test_a_run_of_an_unstable_loop_begins_with_that(settings, unstable, tmp_path, capsys):
     sets = [word for each in settings for word in ("--set", each)]
-    main(["run", "linear_loop", *sets, "--out", str(tmp_path / "run.h5")])
+    main(["run", "linear_loop", *sets, "--out", str(tmp_path / "runs")])
     said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("fesloop: ")]
     assert any("the loop is unstable: the spectral radius" in line for line in said[:1]) == unstable
 

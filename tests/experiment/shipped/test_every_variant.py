@@ -141,6 +141,8 @@ def test_myohand_takes_the_hands_place_and_all_else_but_its_stated_pose_is_the_s
     stated += [tables["blocks"]["tracker"]["initial_angles_deg"].pop("F1_cmc_pronation")
                for tables in (whole, other)]
     assert stated == [5.0, 8.0, 100.0, 110.0]
+    (note,) = other["experiment"].pop("notes")
+    assert "was identified on another hand" in note
     for tables in (whole, other):
         del tables["blocks"]["hand"], tables["experiment"]["description"]
     assert other == whole
