@@ -14,11 +14,7 @@ static void errors_of(block_state *state, int o)
             if (state->covered[k][o]) state->error[k][o] = state->reference[k][o] - state->measured[k][o];
             continue;
         }
-        if (count > 0 && state->captured_ns[k] <= state->stamp_ns[count - 1]) continue; /* read again */
-        state->stamp_ns[count] = state->captured_ns[k];
-        state->knot[count] = (double)(state->captured_ns[k] - state->stamp_ns[0]) / 1e9;
-        state->value[count] = state->measured[k][o];
-        state->moment[count++] = 0.0;
+        count = with_knot(state, count, k, o);
     }
     if (count >= 4) spline(state, count);
     for (int k = BEGINS, place = 0; k < SAMPLES; k++) {

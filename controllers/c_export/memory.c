@@ -63,12 +63,7 @@ static void find_posture(block_state *state)
     for (int o = 0; o < OUTPUTS; o++) {
         int count = 0, place = 0;
         for (int k = 0; k < state->samples; k++) {
-            if (state->captured_ns[k] < 0) continue;
-            if (count > 0 && state->captured_ns[k] <= state->stamp_ns[count - 1]) continue; /* read again */
-            state->stamp_ns[count] = state->captured_ns[k];
-            state->knot[count] = (double)(state->captured_ns[k] - state->stamp_ns[0]) / 1e9;
-            state->value[count] = state->measured[k][o];
-            state->moment[count++] = 0.0;
+            if (state->captured_ns[k] >= 0) count = with_knot(state, count, k, o);
         }
         if (count >= 4) spline(state, count);
         for (int k = 0; k < state->samples; k++) {

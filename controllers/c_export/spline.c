@@ -1,6 +1,17 @@
 
 /* ---- Values at any instant, from samples of known capture. ---- */
 
+/* Number of knots with the measurement of one output at tick k; one that was captured before is none more. */
+static int with_knot(block_state *state, int count, int k, int o)
+{
+    if (count > 0 && state->captured_ns[k] <= state->stamp_ns[count - 1]) return count;
+    state->stamp_ns[count] = state->captured_ns[k];
+    state->knot[count] = (double)(state->captured_ns[k] - state->stamp_ns[0]) / 1e9;
+    state->value[count] = state->measured[k][o];
+    state->moment[count] = 0.0;
+    return count + 1;
+}
+
 /* Second derivatives of the cubic spline through `count` knots, 4 or more, whose third derivative is continuous at
  * the second and the last but one ("not a knot"). */
 static void spline(block_state *state, int count)

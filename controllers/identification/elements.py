@@ -148,7 +148,7 @@ class Curve:
 
     @property
     def at_bound(self) -> dict[str, str]:
-        """Which of half_ma (the threshold) and spread are at an end of the values tried: or less, or more."""
+        """The end of the values tried, "or less" or "or more", that half_ma (the threshold) or spread is at."""
         ends = {name: "or less" if value <= tried[0] else "or more" if value >= tried[-1] else ""
                 for name, value, tried in (("half_ma", self.threshold_ma, _THRESHOLDS),
                                            ("spread", self.spread, _SPREADS))}

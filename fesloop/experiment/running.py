@@ -289,7 +289,7 @@ class Result:
 
     @property
     def troubles(self) -> Sequence[str]:
-        """What went wrong, the gravest first, as `fesloop run` says; none where the recording has gone."""
+        """Troubles of the run, the gravest first, as `fesloop run` says; none without the recording."""
         from fesloop.experiment.trouble import troubles  # most runs are of studies, which do without
 
         if not self.recording.is_file():

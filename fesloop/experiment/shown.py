@@ -97,7 +97,7 @@ def _signal_row(name: str, extent: Any) -> tuple[str, ...]:
 
 
 def result_tables(result: Any) -> list[Table]:
-    """What went wrong in a run, its metrics, and those that are tables themselves (by joint), folded."""
+    """Troubles of a run, its metrics, and those that are tables themselves, such as by joint, folded."""
     status = f"{result.status}: {result.cause}" if result.cause else result.status
     rows = list(_metric_rows("", result.metrics))
     whole, parts = [row for row in rows if "." not in row[0]], [row for row in rows if "." in row[0]]

@@ -201,7 +201,7 @@ def scored_signals(recording: Described) -> list[str]:
 
 
 def _scored(recording: Recording, trial: int, until_ns: int) -> list[Draw]:
-    """What the score compares, one axes a joint: truth, reference dashed, and estimate thin."""
+    """Signals that the score compares, one axes a joint: truth, reference dashed, and estimate thin."""
     score = recording.experiment.get("score", {})
     courses = {key: curve(recording, score[key], trial, until_ns) for key in _SCORED
                if score.get(key) in recording.signals}
