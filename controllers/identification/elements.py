@@ -148,7 +148,7 @@ class Curve:
 
     @property
     def at_bound(self) -> dict[str, str]:
-        """The end of the values tried, "or less" or "or more", that half_ma (the threshold) or spread is at."""
+        """The ends of the tried values that half_ma (threshold) or spread lies at: "or less" or "or more"."""
         ends = {name: "or less" if value <= tried[0] else "or more" if value >= tried[-1] else ""
                 for name, value, tried in (("half_ma", self.threshold_ma, _THRESHOLDS),
                                            ("spread", self.spread, _SPREADS))}
