@@ -33,6 +33,12 @@ def compiled(function: Any = None, **options: Any) -> Any:
     return decorate if function is None else decorate(function)
 
 
+def compiled_callback(signature: Any) -> Callable[[Any], Any]:
+    """Compile a function for C code that calls it, which has its `address`, and keep the result on disk."""
+    decorate: Callable[[Any], Any] = numba.cfunc(signature, cache=True)
+    return decorate
+
+
 @cache
 def sources(module: str) -> tuple[Path, ...]:
     """Files that a loaded module consists of: its own, and those of ours that it imports, directly or not."""
@@ -58,8 +64,8 @@ def _imported(text: str) -> Iterator[str]:
 
 @cache
 def _stamp(module: str) -> str:
-    """Digest of a module's sources."""
-    digest = hashlib.blake2b(digest_size=16)
+    """Digest of a module's sources, and of what else it says that its functions are `compiled_for`."""
+    digest = hashlib.blake2b(repr(vars(sys.modules[module]).get("compiled_for")).encode(), digest_size=16)
     for path in sources(module):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
 
 import mujoco
@@ -26,7 +25,7 @@ from fesloop.hand.segments import AXES, MOTIONS
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import Port, Value
 from plants.hand.assist import Hold
-from plants.hand.model import PALM
+from plants.hand.model import PALM, mujoco_library
 from plants.hand.scene import GraspObject, Table, give
 from plants.hand.tendons import Tendons, pull
 
@@ -147,18 +146,7 @@ def find_unstable(angles: Array, speeds: Array, low: Array, high: Array) -> int:
     return -1
 
 
-def _load_mujoco() -> None:
-    """Make MuJoCo's C functions known to compiled code; its library is loaded already, from this file."""
-    folder = Path(mujoco.__file__).parent
-    found = [path for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
-             for path in folder.glob(pattern)]
-    if not found:
-        raise ImportError(f"{folder}: MuJoCo's library is missing; expected libmujoco.so.*, "
-                          "libmujoco.*.dylib or mujoco.dll; install mujoco from its wheel")
-    load_library_permanently(str(found[0]))
-
-
-_load_mujoco()
+load_library_permanently(str(mujoco_library()))  # compiled code calls MuJoCo's C functions
 _UNCOMPILED = bool(vars(numba.config)["DISABLE_JIT"])
 _void: Any = types.void  # called, it makes the signature of a function
 _forward_skip: Any = types.ExternalFunction(

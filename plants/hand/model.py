@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import mujoco
@@ -339,6 +340,17 @@ CONTACT_TOLERANCE_M = 1e-7
 up to 1.5 deg, with this one by .6, and as much with a tenth of it)."""
 MEMORY = 4 << 20
 """Bytes for constraints and scratch: enough for some hundred contacts, and quick to copy."""
+
+
+def mujoco_library() -> Path:
+    """File of MuJoCo's library, which is loaded already."""
+    folder = Path(mujoco.__file__).parent
+    found = [path for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
+             for path in folder.glob(pattern)]
+    if not found:
+        raise ImportError(f"{folder}: MuJoCo's library is missing; expected libmujoco.so.*, "
+                          "libmujoco.*.dylib or mujoco.dll; install mujoco from its wheel")
+    return found[0]
 
 
 def empty_spec(step_s: float) -> mujoco.MjSpec:

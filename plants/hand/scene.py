@@ -188,6 +188,11 @@ def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
     surface = {"condim": 4, "priority": 1, "solref": SKIN_SOLREF, "solimp": SKIN_SOLIMP, "contype": OBJECT,
                "friction": [thing.friction, thing.friction * TORSIONAL_M, ROLLING_M],
                "conaffinity": TOUCHES[OBJECT]}
+    if thing.shape == "cylinder":
+        from plants.hand import side_contact  # a while to load, for hands that grasp one
+
+        side_contact.install()
+        surface["userdata"] = [side_contact.MARK]
     if thing.shape == "mug":
         _add_mug(body, thing, surface)
     else:

@@ -4,8 +4,9 @@ Predictive control at 40 Hz, safety, stimulator, electrodes, 29 muscles, the han
 tracker at 100 Hz, and a recording on disk (`closed_loop.toml`): in `free` motion, and in a `grasp` of a
 cylinder on a table. A row gives microseconds per simulated millisecond, and `realtime_factor`. The reference
 is bare `mj_step` of the same model under the same activations, with the kernel of its tendons; both
-alternate, in several fresh processes, and `ratio` is the median of the pairs. Times are CPU times of the
-thread.
+alternate, in several fresh processes, and `ratio` is the median of the pairs. `searched_ratio` is to bare
+`mj_step` with MuJoCo's own search for contacts, in place of `plants.hand.side_contact`. Times are CPU times
+of the thread.
 
 A row's `parts` show where the time goes, us per simulated ms: one part for each node, `loop` for the rest of
 the loop, `recording` for the file. Nodes are timed call by call, in separate runs. `max_abs_error` is the
@@ -14,6 +15,7 @@ largest difference of a coordinate between loop and bare MuJoCo at the end.
 
 from __future__ import annotations
 
+import copy
 import gc
 import tempfile
 from collections.abc import Callable
@@ -70,12 +72,15 @@ class BareHand:
 
     Parameters
     ----------
-    loop: after its run. seen: its records.
+    loop: after its run. seen: its records. searched: whether MuJoCo searches for contacts with a cylinder.
     """
 
-    def __init__(self, loop: Loop, seen: Recorder) -> None:
+    def __init__(self, loop: Loop, seen: Recorder, searched: bool = False) -> None:
         plant: Any = next(node.plant for node in loop.wiring.nodes if node.name == "hand")
         self.model, grid = plant.model, plant.grid
+        if searched:
+            self.model = copy.copy(plant.model)
+            self.model.geom_user[:] = 0.0
         self._pull, start = plant.pull, plant.init(Context("hand")).data
         self._start = start.qpos.copy(), start.userdata.copy()
         steps = loop.states()["hand"].time_ns // grid.period_num
@@ -181,17 +186,20 @@ def run(
 
 @one_blas_thread()  # as a run
 def measure(case: str, repeats: int, duration_s: float) -> dict[str, Any]:
-    """Times of the loop with its recording and of bare MuJoCo, (repeats, 2), s; of each part; the error."""
+    """Times (repeats, 3), s: of the loop with its recording, of bare MuJoCo, and of it with its own search.
+
+    And the time of each part, and the error.
+    """
     this = experiment(case, duration_s)
     loop, seen, _ = recorded_loop(this)  # compiles what is not yet compiled
-    bare = BareHand(loop, seen)
-    times, parts = np.empty((repeats, 2)), parts_s(this)
+    bare, searched = BareHand(loop, seen), BareHand(loop, seen, searched=True)
+    times, parts = np.empty((repeats, 3)), parts_s(this)
     with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder:
         file_s(this, seen, Path(folder))  # loads what writing needs
         for i in range(repeats):
             loop, seen, loop_s = recorded_loop(this)
             written_s = file_s(this, seen, Path(folder))
-            times[i] = loop_s + written_s, bare.run_s()
+            times[i] = loop_s + written_s, bare.run_s(), searched.run_s()
     parts |= {"loop": loop_s - sum(parts.values()), "recording": written_s}
     return {"times": times, "parts": parts, "error": bare.distance(loop)}
 
@@ -199,11 +207,13 @@ def measure(case: str, repeats: int, duration_s: float) -> dict[str, Any]:
 def _row(case: str, several: list[dict[str, Any]], duration_s: float) -> dict[str, Any]:
     """Row of the table from the measurements of all processes."""
     times = np.concatenate([each["times"] for each in several]) * (1e3 / duration_s)
-    ours, bare = times.T
+    ours, bare, searched = times.T
     parts = {name: float(np.median([each["parts"][name] for each in several])) * (1e3 / duration_s)
              for name in several[0]["parts"]}
     return {"case": case, "us_median": float(np.median(ours)), "us_p99": float(np.percentile(ours, 99)),
             "us_worst": float(ours.max()), "reference": "bare mj_step",
             "reference_us_median": float(np.median(bare)), "ratio": float(np.median(ours / bare)),
+            "searched_us_median": float(np.median(searched)),
+            "searched_ratio": float(np.median(ours / searched)),
             "realtime_factor": 1e3 / float(np.median(ours)),
             "parts": dict(sorted(parts.items(), key=lambda part: -part[1]))}
