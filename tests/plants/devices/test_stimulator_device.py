@@ -223,7 +223,7 @@ def test_a_device_that_does_not_open_leaves_no_recording(tmp_path):
     assert not list(tmp_path.glob("runs/*"))
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_the_shipped_rehearsal_sends_what_safety_lets_through(tmp_path):
     log = parts.Log(tmp_path / "given.log")
     settings = [f"log={log.path}", "hold_ms=400", "experiment.duration_s=1.5"]
