@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from math import isfinite
 from time import perf_counter_ns
 from typing import Any
@@ -79,7 +80,7 @@ class BlockStation:
         self.due = self._next_tick()
         self.rows, self.events = rows, events
         self.plain_links = [link for _, link in outgoing if link.plain]
-        self._plain = tuple((port, link.queue.append, link.latency_ns)
+        self._plain = tuple((port, link.queue, link.latency_ns)
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, link.send) for port, link in outgoing if not link.plain)
         self._checks = tuple(finite_check(port) for port in self.block.outputs)
@@ -129,8 +130,8 @@ class BlockStation:
             self._record_reports(time_ns)
         if self._checks and not values:
             return due
-        for port, append, latency in self._plain:
-            append((values[port], oldest, newest, left + latency))
+        for port, queue, latency in self._plain:
+            queue.append((values[port], oldest, newest, left + latency))
         for port, send in self._random:
             send(index, values[port], oldest, newest, left)
         self.sent += 1
@@ -296,23 +297,35 @@ class AheadStation(BlockStation):
                 column.append(sample)
         stacks = self._steps_through(self.state, columns, ticks)
         require_stacks(self.name, self._ports, stacks, count)
-        finite = all(is_finite(stack) if isinstance(stack, np.ndarray) else all(map(isfinite, stack))
-                     for stack in stacks)
-        for k, (tick, instant, stamps) in enumerate(zip(ticks, dues, read, strict=True)):
-            values = tuple([stack[k] for stack in stacks])
-            if not finite and not all(map(_passes, self._checks, values)):
-                self.tick = tick
-                values = self._made_safe(values)
+        outputs = [list(stack) for stack in stacks]
+        if not all(is_finite(stack) if isinstance(stack, np.ndarray) else all(map(isfinite, stack))
+                   for stack in stacks):
+            self._make_safe(ticks, outputs)
+        for tick, instant in zip(ticks, dues, strict=True):
             if tick.reports:
                 self._reported += [(instant, self.name, *report) for report in tick.reports]
                 tick.reports.clear()
-            for port, append, latency in self._plain:
-                append((values[port], *stamps, instant + latency))
-            for port, send in self._random:
-                send(index + k, values[port], *stamps, instant)
-            if self.rows is not None:
-                self.rows.append((index + k, instant, instant, *stamps, values))
+        oldest, newest = [stamps[0] for stamps in read], [stamps[1] for stamps in read]
+        for port, queue, latency in self._plain:
+            arrivals = [instant + latency for instant in dues] if latency else dues
+            queue.extend(zip(outputs[port], oldest, newest, arrivals, strict=True))
+        for port, send in self._random:
+            for k, instant in enumerate(dues):
+                send(index + k, outputs[port][k], oldest[k], newest[k], instant)
+        if self.rows is not None:
+            values = zip(*outputs, strict=True) if outputs else repeat((), count)
+            numbers = range(index, index + count)
+            self.rows.extend(zip(numbers, dues, dues, oldest, newest, values, strict=True))
         self.sent += count
+
+    def _make_safe(self, ticks: Sequence[Tick], outputs: Sequence[list[Value]]) -> None:
+        """Replace outputs of ticks that are not finite by safe ones, and have that reported."""
+        for k, tick in enumerate(ticks):
+            values = [output[k] for output in outputs]
+            if not all(map(_passes, self._checks, values)):
+                self.tick = tick
+                for output, value in zip(outputs, self._made_safe(values), strict=True):
+                    output[k] = value
 
     def _report_due(self, time_ns: int) -> int:
         """Move reports of ticks up to an instant into the event record; return the next instant to fire."""

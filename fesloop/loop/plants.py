@@ -81,6 +81,22 @@ class PlantInputs:
                 return
             self.latch(port, link, time_ns)
 
+    def latch_through(self, times_ns: Sequence[int]) -> None:
+        """Deliver every message due by each of `times_ns`, ascending, as `latch_due` at each in turn."""
+        if len(self._feeds) != 1 or not self._feeds[0][1].plain:
+            for instant in times_ns:
+                self.latch_due(instant)
+            return
+        (port, _, queue), rows, message = self._feeds[0], self._rows, None
+        for instant in times_ns:
+            while queue and queue[0][3] <= instant:
+                message = queue.popleft()
+                if rows is not None:
+                    rows.append((instant, port, message[1], message[2], message[0]))
+        if message is not None:
+            self._held[port] = _new_tuple(Sample, message)
+            self.values[port] = message[0]
+
     @property
     def plain(self) -> bool:
         """True if what arrives is known from the messages under way, as none overtakes another."""
@@ -469,19 +485,17 @@ class GridStation:
         last_ns = min(stop_ns, self._record.next)
         if last_ns <= self._refused_ns:
             return False
-        index = self._grid.first_at_or_after(self._following)
-        last = self._grid.last_at_or_before(last_ns)
-        if last - index < 1:
-            return False
-        times = [self._grid.tick(k) for k in range(index, last + 1)]
+        times, following, next_step = [], self._following, self._next_step
+        while following <= last_ns:
+            times.append(following)
+            following = next_step()
         starts = [self.now, *times[:-1]]
-        if not self._advance_steps(self.state, self._inputs.ahead(starts), self.now, times):
-            self._refused_ns = times[-1]
+        if len(times) < 2 or not self._advance_steps(self.state, self._inputs.ahead(starts), self.now, times):
+            self._refused_ns = last_ns
+            self._start_steps()
             return False
-        for start in starts:
-            self._inputs.latch_due(start)
-        self._shown, self.now = None, times[-1]
-        self._start_steps()
+        self._inputs.latch_through(starts)
+        self._shown, self.now, self._following = None, times[-1], following
         return True
 
     observed_at = values_through
@@ -557,7 +571,7 @@ class Sampler:
             self._values_at = plant.observed_at
         checks = [finite_check(port) for port in plant.plant.outputs]
         self.plain_links = [link for _, link in outgoing if link.plain]
-        self._plain = tuple((port, checks[port], link.queue.append, link.latency_ns)
+        self._plain = tuple((port, checks[port], link.queue, link.latency_ns)
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, checks[port], link.send) for port, link in outgoing if not link.plain)
         self._echo_ns = min((link.latency_ns for _, link in outgoing
@@ -580,11 +594,11 @@ class Sampler:
                 self._send_stacks(instants, stacks)
             return
         for due, captured, values in self._values_at(dues):
-            for port, finite, append, latency in plain:
+            for port, finite, queue, latency in plain:
                 value = values[port]
                 if not finite(value):
                     raise _unstable(self.plant, port, due)
-                append((value, captured, captured, due + latency))
+                queue.append((value, captured, captured, due + latency))
             for port, finite, send in random:
                 if not finite(values[port]):
                     raise _unstable(self.plant, port, due)
@@ -594,9 +608,9 @@ class Sampler:
 
     def _send_stacks(self, instants: Sequence[int], stacks: tuple[Any, ...]) -> None:
         """Send outputs of many instants, stacked, into wires without jitter and loss."""
-        for port, _, append, latency in self._plain:
-            for instant, value in zip(instants, stacks[port], strict=True):
-                append((value, instant, instant, instant + latency))
+        for port, _, queue, latency in self._plain:
+            arrivals = [instant + latency for instant in instants] if latency else instants
+            queue.extend(zip(stacks[port], instants, instants, arrivals, strict=True))
 
     def _take_dues(self, time_ns: int) -> list[int]:
         """Instants of the samples due at or before `time_ns`; `due` moves past them."""
