@@ -60,7 +60,7 @@ def _node_row(node: Node) -> tuple[str, str, str, str]:
 def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
     parts = [exact_ms(wire.latency_ns / NS_PER_MS)]
     if wire.jitter.random or wire.jitter.least_ns:
-        parts.append(f"{wire.jitter.kind} jitter")
+        parts.append(f"{wire.jitter.kind} jitter of {wire.jitter}")
     if wire.loss:
         in_bursts = f" in bursts of {wire.burst_messages:g}" if wire.burst_messages else ""
         parts.append(f"{100 * wire.loss:g} % lost{in_bursts}")

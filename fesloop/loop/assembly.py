@@ -36,6 +36,8 @@ from fesloop.loop.signals import (
     Value,
     finite_check,
     is_finite,
+    is_ours,
+    read_only,
     require_stacks,
 )
 from fesloop.loop.wire import Link
@@ -64,7 +66,7 @@ class BlockStation:
     step that puts out nothing sends no message and leaves no row: its readers keep their last sample.
     """
 
-    __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
+    __slots__ = ("_checks", "_draws", "_executed", "_execution", "_guarded", "_incoming", "_next_tick",
                  "_outputs", "_plain", "_publishers", "_random", "_recorded", "_singles", "_step", "_take",
                  "block", "busy_until", "clock", "due", "events", "held", "index", "name", "plain_links",
                  "rows", "sent", "state", "tick")
@@ -91,6 +93,7 @@ class BlockStation:
         self.tick = Tick()
         self.index = self.busy_until = self._executed = 0
         self._incoming = tuple((port, link, link.queue) for port, link in incoming)
+        self._guarded = () if is_ours(self.block) else tuple(port for port, _ in incoming)
         self._singles = tuple(port for port, _ in incoming if self.block.inputs[port].shape == (1,))
         self._publishers = publishers
         self._step = self.block.step
@@ -163,6 +166,8 @@ class BlockStation:
                     newest = new
             else:
                 oldest = 0  # an initial value is as old as the trial
+        for port in self._guarded:
+            held[port] = held[port]._replace(value=read_only(held[port].value))
         for port in self._singles:
             if isinstance(held[port][0], float):  # a number is read as a vector of one
                 held[port] = held[port]._replace(value=np.array([held[port][0]]))

@@ -23,7 +23,16 @@ from fesloop.loop.abilities import AdvancesSteps, AdvancesThrough, Glances, Obse
 from fesloop.loop.block import Plant
 from fesloop.loop.clock import FOREVER, NS_PER_MS, Clock, RateClock, ticks_from
 from fesloop.loop.record import EventRow, InputRow, PlantRow
-from fesloop.loop.signals import NEVER, Sample, Value, check_shapes, finite_check, is_finite
+from fesloop.loop.signals import (
+    NEVER,
+    Sample,
+    Value,
+    check_shapes,
+    finite_check,
+    is_finite,
+    is_ours,
+    read_only,
+)
 from fesloop.loop.wire import Link
 
 _new_tuple = tuple.__new__
@@ -32,6 +41,21 @@ _new_tuple = tuple.__new__
 
 _NO_MESSAGE = (0.0, NEVER, NEVER, FOREVER)
 """Message that never arrives."""
+
+
+def _reader(plant: Plant) -> Callable[[Any, Sequence[Value]], tuple[Value, ...]]:
+    """`read` of a plant; of one that is not ours with copies, as it may give an array of its state."""
+    read = plant.read
+    if is_ours(plant):
+        return read
+
+    def fresh(state: Any, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        values: Any = read(state, inputs)
+        if not isinstance(values, tuple):
+            return values  # type: ignore[no-any-return]  # refused where outputs are checked
+        return tuple([value.copy() if isinstance(value, np.ndarray) else value for value in values])
+
+    return fresh
 
 
 def _named(plant: Plant, values: Sequence[Value]) -> dict[str, Value]:
@@ -47,7 +71,7 @@ class PlantInputs:
     queues: of the messages under way to the plant.
     """
 
-    __slots__ = ("_feeds", "_held", "_rows", "queues", "values")
+    __slots__ = ("_feeds", "_guarded", "_held", "_rows", "queues", "values")
 
     def __init__(
         self, plant: Plant, incoming: Sequence[tuple[int, Link]], rows: list[InputRow] | None
@@ -55,7 +79,7 @@ class PlantInputs:
         self.values: list[Value] = [port.initial_value() for port in plant.inputs]
         self._held = [Sample(value, NEVER, NEVER, NEVER) for value in self.values]
         self._feeds = tuple((port, link, link.queue) for port, link in incoming)
-        self._rows = rows
+        self._rows, self._guarded = rows, not is_ours(plant)
         self.queues = tuple(link.queue for _, link in incoming)
 
     def due(self, time_ns: int) -> Iterator[tuple[int, int, Link]]:
@@ -83,7 +107,7 @@ class PlantInputs:
 
     def latch_through(self, times_ns: Sequence[int]) -> None:
         """Deliver every message due by each of `times_ns`, ascending, as `latch_due` at each in turn."""
-        if len(self._feeds) != 1 or not self._feeds[0][1].plain:
+        if len(self._feeds) != 1 or not self._feeds[0][1].plain or self._guarded:
             for instant in times_ns:
                 self.latch_due(instant)
             return
@@ -111,7 +135,7 @@ class PlantInputs:
                 value, (following, _, _, arrival) = self.values[port], next(messages)
                 for k, instant in enumerate(times_ns):
                     while arrival <= instant:
-                        value = following
+                        value = read_only(following) if self._guarded else following
                         following, _, _, arrival = next(messages, _NO_MESSAGE)
                     column[k] = value
         return columns
@@ -141,7 +165,7 @@ class PlantInputs:
             if sample is before:
                 return
         self._held[port] = sample
-        self.values[port] = sample.value
+        self.values[port] = read_only(sample.value) if self._guarded else sample.value
         if self._rows is not None:
             self._rows.append((acts_ns, port, sample.oldest_ns, sample.newest_ns, sample.value))
 
@@ -258,7 +282,7 @@ class ExactStation:
         self.name, self.plant, self.state = name, plant, state
         self.now = 0
         self._inputs, self._record, self.hand_over = inputs, record, record.hand_over
-        self._advance, self._read = plant.advance, plant.read
+        self._advance, self._read = plant.advance, _reader(plant)
         self._observe = plant.observe if offers(plant, Observes) else self._observe_a_copy
         self._advance_through = (plant.advance_through
                                  if not plant.feedthrough and offers(plant, AdvancesThrough) else None)
@@ -422,7 +446,7 @@ class GridStation:
         self.now = 0
         self._inputs, self._record, self._grid = inputs, record, grid
         self.hand_over = record.hand_over
-        self._advance, self._read = plant.advance, plant.read
+        self._advance, self._read = plant.advance, _reader(plant)
         self._glance = plant.glance if not plant.feedthrough and offers(plant, Glances) else None
         self._reports, self._events = plant.reports if offers(plant, Reports) else None, events
         known = inputs.plain and self._reports is None and not plant.feedthrough
