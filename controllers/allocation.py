@@ -109,6 +109,12 @@ class Allocation:
         allocate(self.table(), np.ascontiguousarray(drive, dtype=np.float64), pulses)
         return pulses
 
+    def drives(self, pulses: Array) -> Array:
+        """Drives (samples, channels) that pulses (samples, channels, 2), A and s, recruit."""
+        if self.recruitment is None:
+            return pulses[:, :, 1] / (1e-6 * self.full_scale_us)
+        return np.array([self.recruitment.fraction(each) for each in pulses])
+
     def charge(self, drive: Array) -> Array:
         """Charge per phase of each channel for a drive (channels,), (channels,) C."""
         pulses = self.stimulation(drive)

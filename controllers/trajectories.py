@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -111,7 +111,7 @@ _SUM_WEIGHT = 1e3
 
 
 def shares_of(
-    models: Sequence[SampledModel], drives: Array, posture: Array, covered: Mask, rule: BankRule
+    models: Sequence[SampledModel], drives: Sequence[Array], posture: Array, covered: Mask, rule: BankRule
 ) -> tuple[Array, Array]:
     """Shares (models,) that sum to 1, and the RMS error (models,), rad, of each model's prediction.
 
@@ -121,7 +121,7 @@ def shares_of(
 
     Parameters
     ----------
-    drives: (samples, muscles), of the trial.
+    drives: (samples, muscles) of the trial, for each model as its recruitment curves have them.
     posture, covered: (samples, outputs), rad, and where it was observed, which some samples must be.
     """
     count = np.maximum(covered.sum(axis=0), 1)
@@ -134,7 +134,7 @@ def shares_of(
     from scipy.optimize import nnls  # which a run without a bank does without
 
     seen = centred(posture)
-    told = np.column_stack([centred(response(model, drives)) for model in models])
+    told = np.column_stack([centred(response(model, own)) for model, own in zip(models, drives, strict=True)])
     miss = np.sqrt(np.sum((seen[:, None] - told) ** 2, axis=0) / covered.sum())
     if rule == "best" or np.ptp(told, axis=1).max() == 0.0:
         return np.eye(len(models))[int(np.argmin(miss))], miss
@@ -143,13 +143,25 @@ def shares_of(
     return shares / shares.sum(), miss
 
 
-def explained(models: Sequence[SampledModel], drives: Array, posture: Array, covered: Mask,
-              rule: BankRule) -> tuple[SampledModel, tuple[str, str]]:
-    """The model that explains a trial by `shares_of`, and a text with each model's share and error."""
+def explained(models: Sequence[SampledModel], drives: Sequence[Array], posture: Array, covered: Mask,
+              rule: BankRule) -> tuple[Array, tuple[str, str]]:
+    """Shares of the models by `shares_of`, and a report of each model's share and error."""
     shares, miss = shares_of(models, drives, posture, covered, rule)
     told = (f"model {i}: share {share:.2f}, error {math.degrees(each):.2f} deg"
             for i, (share, each) in enumerate(zip(shares, miss, strict=True)))
-    return mixed(models, shares), ("model_selected", "; ".join(told))
+    return shares, ("model_selected", "; ".join(told))
+
+
+def rescaled(model: SampledModel, own: Array, drives: Array) -> SampledModel:
+    """A model for other drives than its own, which are taken to be proportional to them, muscle by muscle.
+
+    Parameters
+    ----------
+    own, drives: (samples, muscles), drives of the same pulses by the model's recruitment curves, and by the
+        others; the factors are those of least squares over the samples.
+    """
+    factors = np.sum(own * drives, axis=0) / np.sum(drives ** 2, axis=0)
+    return replace(model, b=model.b * factors)
 
 
 def mixed(models: Sequence[SampledModel], shares: Array) -> SampledModel:

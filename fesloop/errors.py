@@ -64,15 +64,16 @@ class InputError(FesloopError, ValueError):
 
     Parameters
     ----------
-    where: file, key path, block or wire that is at fault.
+    where: file, key path, block or wire that is at fault; or the whole text, with nothing else: so Gymnasium
+        makes an error of a worker process anew.
     found: the value found.
     allowed: the values expected.
     remedy: what to do about it.
     """
 
-    def __init__(self, where: str, found: str, allowed: str = "", remedy: str = "") -> None:
+    def __init__(self, where: str, found: str = "", allowed: str = "", remedy: str = "") -> None:
         self.where, self.found, self.allowed, self.remedy = where, found, allowed, remedy
-        text = f"{in_one_line(where)}: {in_one_line(found)}"
+        text = f"{in_one_line(where)}: {in_one_line(found)}" if found else in_one_line(where, _LONGEST_LINE)
         if allowed:
             text += f"; allowed: {allowed}"
         if remedy:

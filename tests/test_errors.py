@@ -15,6 +15,11 @@ def test_errors_reach_another_process_whole():
     assert str(pickle.loads(pickle.dumps(RunError("lost")))) == "lost"
 
 
+def test_an_error_made_anew_of_its_text_has_that_text():
+    text = str(InputError("action", "1.5", "-1 to 1", "clip it"))
+    assert str(InputError(text)) == text
+
+
 @pytest.mark.parametrize(("old", "new"), RENAMED.items())
 def test_a_former_name_is_refused_with_the_present_one(old, new):
     assert did_you_mean(old, ["other", new]) == f"{old!r} is now called {new!r}"

@@ -74,8 +74,15 @@ error_deg = "joint_rmse_deg"
 [axes.latency_ms]
 key = "latency_ms"
 values = [0, 50]
+[[figures]]
+name = "error"
+kind = "curves"
+metric = "error_deg"
+x = "latency_ms"
+theory = "none"
 """)
     results = fesloop.study(tmp_path / "small.toml", out=tmp_path, workers=1)
+    assert (tmp_path / "small" / "error.png").stat().st_size > 1000
     assert len(results.frame()) == 2
     assert (results.frame()["status"] == "done").all()
     assert fesloop.report(tmp_path / "small").exists()

@@ -18,15 +18,19 @@ from controllers.ilc.parameters import IlcParameters
 from controllers.progress import Progress, Report
 from controllers.reach import Reach, reach_of
 from controllers.timing import period_ns
-from controllers.trajectories import SeenTrial, explained
+from controllers.trajectories import SeenTrial, explained, mixed, rescaled
 from fesloop.errors import InputError
 from fesloop.loop.abilities import Passage, Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Sensors, Value, is_finite
+from fesloop.models.linear_model import LinearModel, SampledModel
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+_CURVE = 21
+"""Number of drives from 0 to the greatest at which recruitment curves of two models are compared (chosen)."""
 
 
 def note(seen: SeenTrial, latch: StatusLatch, k: int, inputs: Sequence[Sample], sd_max_deg: float,
@@ -53,7 +57,9 @@ class IlcState:
 
     Attributes
     ----------
-    drives, pulses: (samples, muscles), and (samples, muscles, 2), their pulses.
+    drives: (samples, muscles), by the recruitment curves of the model that the law learnt by, which may be
+        another one of the bank in each trial; once learning has stopped, of the nominal model.
+    pulses: (samples, muscles, 2), what is issued.
     held: angles that drives can hold.
     progress: errors of the trials before.
     pending: statuses of the learning before this trial, reported at its first tick.
@@ -135,16 +141,17 @@ class Ilc(IlcParameters):
 
     def init(self, context: Context) -> IlcState:
         """State of the first trial."""
-        return self._trial(self.learning(period_ns(context)).first, Progress(), self.cautions(context))
+        first = self.learning(period_ns(context)).first
+        return self._trial(first, pulses_of(self.allocation(), first), Progress(), self.cautions(context))
 
     def next_trial(self, state: IlcState, context: Context) -> IlcState:
         """State of the next trial, with the drives that the law learns from the last one."""
         period, share = period_ns(context), state.seen.doubtful_share()
         progress = copy.deepcopy(state.progress)
         if progress.stopped and progress.best is not None:
-            return self._trial(progress.best, progress)
+            return self._trial(self.allocation().drives(progress.best), progress.best, progress)
         if share > self.reject_share:
-            return self._trial(state.drives, progress, ((
+            return self._trial(state.drives, state.pulses, progress, ((
                 "trial_rejected", f"{100.0 * share:.0f} % of the measurements are doubtful, more than "
                 f"{100.0 * self.reject_share:g} %: the drives are used again"),))
         gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
@@ -152,31 +159,59 @@ class Ilc(IlcParameters):
         begun = np.arange(covered.shape[0])[:, None] >= self.begins(period)
         covered &= begun & ~state.seen.touching(self.grasping_outputs, self.model.outputs)
         kept = ~begun | state.seen.touching(self.grasping_channels, self.model.inputs)
-        model, reports = None, list[Report]()
-        if self.bank and covered.any():
-            models = [self.sampled(each, period) for each in (self.model, *self.bank)]
-            model, report = explained(models, state.drives, posture, covered, self.bank_rule)
+        known, model, last, reports = self.model, None, state.drives, list[Report]()
+        if self.bank and not covered.any():
+            return self._trial(state.drives, state.pulses, progress)
+        if self.bank:
+            known, model, last, report = self._chosen(state, posture, covered, period)
             reports.append(report)
-        learning, errors = self.learning(period, model), state.seen.reference - posture
+        learning, errors = self.learning(period, model, known), state.seen.reference - posture
+        # By other curves the drives of the last trial may rise faster than those they were learnt as.
+        rise = float(np.abs(np.diff(last, axis=0, prepend=0.0)).max()) if self.bank else 0.0
+        learning = replace(learning, limits=replace(learning.limits, slew=max(self.slew, rise)))
         heed = covered * learning.weights()
         if heed.any():
             error = math.sqrt(float(np.sum(heed * errors ** 2) / np.sum(heed)))
-            reports += progress.note(error, state.drives, self.stop_after, "the drives")
+            reports += progress.note(error, state.pulses, self.stop_after, "the drives")
             if progress.stopped and progress.best is not None:
-                return self._trial(progress.best, progress, tuple(reports))
-        drives, status = learning.learn(state.drives, errors, covered, kept)
+                best = self.allocation().drives(progress.best)
+                return self._trial(best, progress.best, progress, tuple(reports))
+        drives, status = learning.learn(last, errors, covered, kept)
         part = np.where(state.seen.touching((), self.model.inputs), self.grasping_step, 1.0)
-        drives = learning.limits.within(state.drives + part * (drives - state.drives))
+        drives = learning.limits.within(last + part * (drives - last))
         if status:
             reports.append((status, "nothing was learnt from the last trial: its drives are used again"))
-        return self._trial(drives, progress, tuple(reports))
+        return self._trial(drives, pulses_of(self.allocation(known), drives), progress, tuple(reports))
 
-    def _trial(self, drives: Array, progress: Progress, reports: tuple[Report, ...] = ()) -> IlcState:
-        """State at the start of a trial with the given drives."""
+    def _chosen(self, state: IlcState, posture: Array, covered: Mask, period: int
+                ) -> tuple[LinearModel, SampledModel, Array, Report]:
+        """The model of the bank that explains a trial best, the law's model, drives of the trial, a report.
+
+        Each model predicts the trial by its own recruitment of the trial's pulses: persons differ in
+        thresholds. The law's model is for drives by the curves of the first model returned, as are the
+        drives (samples, muscles). Further models of a mixture are brought to these curves by the ratio of
+        the recruited fractions, over the trial and some pulses up to the longest.
+        """
+        known = (self.model, *self.bank)
+        allocations = [self.allocation(each) for each in known]
+        models = [self.sampled(each, period) for each in known]
+        recruited = [each.drives(state.pulses) for each in allocations]
+        shares, report = explained(models, recruited, posture, covered, self.bank_rule)
+        lead = int(np.argmax(shares))
+        reach = np.minimum(self.drive_max, allocations[lead].reach())
+        rising = np.where(np.isfinite(reach), reach, 1.0) * np.linspace(0.0, 1.0, _CURVE)[:, None]
+        pulses = np.concatenate([state.pulses, pulses_of(allocations[lead], rising)])
+        common = allocations[lead].drives(pulses)
+        same = [rescaled(model, each.drives(pulses), common) if share > 0.0 else model
+                for model, each, share in zip(models, allocations, shares, strict=True)]
+        return known[lead], mixed(same, shares), recruited[lead], report
+
+    def _trial(self, drives: Array, pulses: Array, progress: Progress, reports: tuple[Report, ...] = ()
+               ) -> IlcState:
+        """State at the start of a trial with the given drives and their pulses."""
         seen = SeenTrial.empty(drives.shape[0], self.model.outputs)
-        allocation = self.allocation()
-        held = reach_of(self.model, np.minimum(self.drive_max, allocation.reach()))
-        return IlcState(drives, pulses_of(allocation, drives), seen, held, progress, reports)
+        held = reach_of(self.model, np.minimum(self.drive_max, self.allocation().reach()))
+        return IlcState(drives, pulses, seen, held, progress, reports)
 
     def step(self, state: IlcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses for this tick; records the inputs."""

@@ -288,3 +288,7 @@ def _check_sizes(ilc: IlcParameters) -> None:
         if (model.inputs, model.outputs) != (muscles, outputs):
             raise InputError(f"bank[{i}]", f"{model.inputs} inputs and {model.outputs} outputs",
                              f"{muscles} and {outputs}, as in model")
+        try:
+            ilc.allocation(model)
+        except InputError as fault:
+            raise fault.within(f"bank[{i}]") from None

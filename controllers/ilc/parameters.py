@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.allocation import Allocation, allocation_of
-from controllers.ilc.laws import AllocatedCurves, LawName, Learning, Limits, SolverName
+from controllers.ilc.laws import AllocatedCurves, LawName, Learning, Limits, SolverName, pulses_of
 from controllers.trajectories import BankRule
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
@@ -144,9 +144,10 @@ class IlcParameters:
     strength_margin: float = 1.2
     solver: SolverName = "osqp"
 
-    def allocation(self) -> Allocation:
-        """Conversion of drives to pulses."""
-        return allocation_of(self)
+    def allocation(self, model: LinearModel | None = None) -> Allocation:
+        """Conversion of drives to pulses, by the recruitment of the nominal model or another."""
+        nominal = allocation_of(self)
+        return replace(nominal, recruitment=model.recruitment) if model else nominal
 
     def sampled(self, model: LinearModel, period: int) -> SampledModel:
         """A model at a period in ns, with the actuation delay."""
@@ -156,14 +157,20 @@ class IlcParameters:
         """First sample that counts at a period in ns."""
         return -(-duration_ns(self.begin_s, NS_PER_S, "begin_s") // period)
 
-    def learning(self, period: int, model: SampledModel | None = None) -> Learning:
-        """The learning law at a period in ns, with the nominal model or another."""
+    def learning(self, period: int, model: SampledModel | None = None, known: LinearModel | None = None
+                 ) -> Learning:
+        """The learning law at a period in ns, with the nominal model or another.
+
+        `model` is for drives by the recruitment of `known`; both are the nominal model if not given.
+        """
         nyquist_hz = 0.5 * NS_PER_S / period
         if self.cutoff_hz >= nyquist_hz:
             raise InputError("cutoff_hz", f"{self.cutoff_hz}", f"below {nyquist_hz:g}, half the block's rate")
-        muscles, outputs, allocation = self.model.inputs, self.model.outputs, self.allocation()
+        muscles, outputs, allocation = self.model.inputs, self.model.outputs, self.allocation(known)
         samples = duration_ns(self.duration_s, NS_PER_S, "duration_s") // period + 1
         first = np.outer(np.arange(samples) >= self.begins(period), self.first_drive or (0.0,) * muscles)
+        if known is not None and known is not self.model:
+            first = allocation.drives(pulses_of(self.allocation(), first))
         limits = Limits(reach=np.minimum(self.drive_max, allocation.reach()), slew=self.slew,
                         allocation=allocation, charge_c=1e-6 * self.trial_charge_max_uc)
         return Learning(

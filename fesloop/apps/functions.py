@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -78,7 +79,13 @@ def study(
                          'give an experiment as {"study": {"experiment": ...}}')
     with study_progress(made.name) as watch:
         store = run_study(made, out, workers=workers, watch=watch).store
-    return load(store)
+    results = load(store)
+    if made.figures:
+        from fesloop.show.figures.drawing import draw_all
+
+        for name, fault in draw_all(results, made, store.parent)[1].items():
+            warnings.warn(f"figure {name} cannot be drawn: {fault}", stacklevel=2)
+    return results
 
 
 def report(*sources: str | Path | Result | Recording | StudyResults, out: str | Path | None = None) -> Path:

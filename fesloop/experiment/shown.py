@@ -60,13 +60,12 @@ def _node_row(node: Node) -> tuple[str, str, str, str]:
 def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
     parts = [exact_ms(wire.latency_ns / NS_PER_MS)]
     if wire.jitter.random or wire.jitter.least_ns:
-        parts.append(f"{wire.jitter.kind} jitter")
+        parts.append(f"{wire.jitter.kind} jitter of {wire.jitter}")
     if wire.loss:
         in_bursts = f" in bursts of {wire.burst_messages:g}" if wire.burst_messages else ""
         parts.append(f"{100 * wire.loss:g} % lost{in_bursts}")
-    if wire.link is not None:
-        parts.append(f"link {wire.link}")
-    return wire.source, wire.target, " + ".join(parts), wire.late
+    by = "" if wire.link is None else f", by link {wire.link}"
+    return wire.source, wire.target, " + ".join(parts) + by, wire.late
 
 
 def recording_tables(recording: Any) -> list[Table]:

@@ -277,7 +277,9 @@ def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int],
               and (source := commanded_signal(recording, block)) in recording.signals]
     inside = [event for event in recording.events if event.trial == trials[0]]
     told = {event.status for event in inside}
-    withheld = _WITHHELD if _ALIGNED in told or _ALIGNING not in told else (*_WITHHELD, "not_aligned")
+    withheld: tuple[str, ...] = (*_WITHHELD, "negative")
+    if _ALIGNED not in told and _ALIGNING in told:
+        withheld = (*withheld, "not_aligned")
     kept_off = [event for event in inside if event.where in blocks
                 and (event.status in withheld or event.status.startswith(_WATCHDOG))]
     cut = [event for event in inside if event.status.endswith(_LIMITED)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from math import isfinite
 from time import perf_counter_ns
 from typing import Any
@@ -35,6 +36,8 @@ from fesloop.loop.signals import (
     Value,
     finite_check,
     is_finite,
+    is_ours,
+    read_only,
     require_stacks,
 )
 from fesloop.loop.wire import Link
@@ -63,7 +66,7 @@ class BlockStation:
     step that puts out nothing sends no message and leaves no row: its readers keep their last sample.
     """
 
-    __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
+    __slots__ = ("_checks", "_draws", "_executed", "_execution", "_guarded", "_incoming", "_next_tick",
                  "_outputs", "_plain", "_publishers", "_random", "_recorded", "_singles", "_step", "_take",
                  "block", "busy_until", "clock", "due", "events", "held", "index", "name", "plain_links",
                  "rows", "sent", "state", "tick")
@@ -79,7 +82,7 @@ class BlockStation:
         self.due = self._next_tick()
         self.rows, self.events = rows, events
         self.plain_links = [link for _, link in outgoing if link.plain]
-        self._plain = tuple((port, link.queue.append, link.latency_ns)
+        self._plain = tuple((port, link.queue, link.latency_ns)
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, link.send) for port, link in outgoing if not link.plain)
         self._checks = tuple(finite_check(port) for port in self.block.outputs)
@@ -90,6 +93,7 @@ class BlockStation:
         self.tick = Tick()
         self.index = self.busy_until = self._executed = 0
         self._incoming = tuple((port, link, link.queue) for port, link in incoming)
+        self._guarded = () if is_ours(self.block) else tuple(port for port, _ in incoming)
         self._singles = tuple(port for port, _ in incoming if self.block.inputs[port].shape == (1,))
         self._publishers = publishers
         self._step = self.block.step
@@ -129,8 +133,8 @@ class BlockStation:
             self._record_reports(time_ns)
         if self._checks and not values:
             return due
-        for port, append, latency in self._plain:
-            append((values[port], oldest, newest, left + latency))
+        for port, queue, latency in self._plain:
+            queue.append((values[port], oldest, newest, left + latency))
         for port, send in self._random:
             send(index, values[port], oldest, newest, left)
         self.sent += 1
@@ -162,6 +166,8 @@ class BlockStation:
                     newest = new
             else:
                 oldest = 0  # an initial value is as old as the trial
+        for port in self._guarded:
+            held[port] = held[port]._replace(value=read_only(held[port].value))
         for port in self._singles:
             if isinstance(held[port][0], float):  # a number is read as a vector of one
                 held[port] = held[port]._replace(value=np.array([held[port][0]]))
@@ -296,23 +302,35 @@ class AheadStation(BlockStation):
                 column.append(sample)
         stacks = self._steps_through(self.state, columns, ticks)
         require_stacks(self.name, self._ports, stacks, count)
-        finite = all(is_finite(stack) if isinstance(stack, np.ndarray) else all(map(isfinite, stack))
-                     for stack in stacks)
-        for k, (tick, instant, stamps) in enumerate(zip(ticks, dues, read, strict=True)):
-            values = tuple([stack[k] for stack in stacks])
-            if not finite and not all(map(_passes, self._checks, values)):
-                self.tick = tick
-                values = self._made_safe(values)
+        outputs = [list(stack) for stack in stacks]
+        if not all(is_finite(stack) if isinstance(stack, np.ndarray) else all(map(isfinite, stack))
+                   for stack in stacks):
+            self._make_safe(ticks, outputs)
+        for tick, instant in zip(ticks, dues, strict=True):
             if tick.reports:
                 self._reported += [(instant, self.name, *report) for report in tick.reports]
                 tick.reports.clear()
-            for port, append, latency in self._plain:
-                append((values[port], *stamps, instant + latency))
-            for port, send in self._random:
-                send(index + k, values[port], *stamps, instant)
-            if self.rows is not None:
-                self.rows.append((index + k, instant, instant, *stamps, values))
+        oldest, newest = [stamps[0] for stamps in read], [stamps[1] for stamps in read]
+        for port, queue, latency in self._plain:
+            arrivals = [instant + latency for instant in dues] if latency else dues
+            queue.extend(zip(outputs[port], oldest, newest, arrivals, strict=True))
+        for port, send in self._random:
+            for k, instant in enumerate(dues):
+                send(index + k, outputs[port][k], oldest[k], newest[k], instant)
+        if self.rows is not None:
+            values = zip(*outputs, strict=True) if outputs else repeat((), count)
+            numbers = range(index, index + count)
+            self.rows.extend(zip(numbers, dues, dues, oldest, newest, values, strict=True))
         self.sent += count
+
+    def _make_safe(self, ticks: Sequence[Tick], outputs: Sequence[list[Value]]) -> None:
+        """Replace outputs of ticks that are not finite by safe ones, and have that reported."""
+        for k, tick in enumerate(ticks):
+            values = [output[k] for output in outputs]
+            if not all(map(_passes, self._checks, values)):
+                self.tick = tick
+                for output, value in zip(outputs, self._made_safe(values), strict=True):
+                    output[k] = value
 
     def _report_due(self, time_ns: int) -> int:
         """Move reports of ticks up to an instant into the event record; return the next instant to fire."""

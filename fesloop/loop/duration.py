@@ -70,6 +70,16 @@ class Duration:
         if not 0.0 < self.scale <= _GREATEST_SCALE:
             raise InputError("scale", f"{self.scale}", f"above 0, at most {_GREATEST_SCALE:g}")
 
+    def __str__(self) -> str:
+        """How long, in words: a table of wires shows it."""
+        if self.kind == "uniform":
+            return f"{self.low_ms:g} to {self.high_ms:g} ms"
+        if self.kind == "normal":
+            return f"{self.mean_ms:g} +- {self.sd_ms:g} ms ({self.low_ms:g} to {self.high_ms:g})"
+        if self.kind == "exponential":
+            return f"{self.mean_ms:g} ms on average (at most {self.high_ms:g})"
+        return f"{self.ms or 0.0:g} ms" if self.kind in ("zero", "fixed") else self.kind
+
     @property
     def random(self) -> bool:
         """True if durations differ from tick to tick by a distribution."""

@@ -23,7 +23,16 @@ from fesloop.loop.abilities import AdvancesSteps, AdvancesThrough, Glances, Obse
 from fesloop.loop.block import Plant
 from fesloop.loop.clock import FOREVER, NS_PER_MS, Clock, RateClock, ticks_from
 from fesloop.loop.record import EventRow, InputRow, PlantRow
-from fesloop.loop.signals import NEVER, Sample, Value, check_shapes, finite_check, is_finite
+from fesloop.loop.signals import (
+    NEVER,
+    Sample,
+    Value,
+    check_shapes,
+    finite_check,
+    is_finite,
+    is_ours,
+    read_only,
+)
 from fesloop.loop.wire import Link
 
 _new_tuple = tuple.__new__
@@ -32,6 +41,21 @@ _new_tuple = tuple.__new__
 
 _NO_MESSAGE = (0.0, NEVER, NEVER, FOREVER)
 """Message that never arrives."""
+
+
+def _reader(plant: Plant) -> Callable[[Any, Sequence[Value]], tuple[Value, ...]]:
+    """`read` of a plant; of one that is not ours with copies, as it may give an array of its state."""
+    read = plant.read
+    if is_ours(plant):
+        return read
+
+    def fresh(state: Any, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        values: Any = read(state, inputs)
+        if not isinstance(values, tuple):
+            return values  # type: ignore[no-any-return]  # refused where outputs are checked
+        return tuple([value.copy() if isinstance(value, np.ndarray) else value for value in values])
+
+    return fresh
 
 
 def _named(plant: Plant, values: Sequence[Value]) -> dict[str, Value]:
@@ -47,7 +71,7 @@ class PlantInputs:
     queues: of the messages under way to the plant.
     """
 
-    __slots__ = ("_feeds", "_held", "_rows", "queues", "values")
+    __slots__ = ("_feeds", "_guarded", "_held", "_rows", "queues", "values")
 
     def __init__(
         self, plant: Plant, incoming: Sequence[tuple[int, Link]], rows: list[InputRow] | None
@@ -55,7 +79,7 @@ class PlantInputs:
         self.values: list[Value] = [port.initial_value() for port in plant.inputs]
         self._held = [Sample(value, NEVER, NEVER, NEVER) for value in self.values]
         self._feeds = tuple((port, link, link.queue) for port, link in incoming)
-        self._rows = rows
+        self._rows, self._guarded = rows, not is_ours(plant)
         self.queues = tuple(link.queue for _, link in incoming)
 
     def due(self, time_ns: int) -> Iterator[tuple[int, int, Link]]:
@@ -81,6 +105,22 @@ class PlantInputs:
                 return
             self.latch(port, link, time_ns)
 
+    def latch_through(self, times_ns: Sequence[int]) -> None:
+        """Deliver every message due by each of `times_ns`, ascending, as `latch_due` at each in turn."""
+        if len(self._feeds) != 1 or not self._feeds[0][1].plain or self._guarded:
+            for instant in times_ns:
+                self.latch_due(instant)
+            return
+        (port, _, queue), rows, message = self._feeds[0], self._rows, None
+        for instant in times_ns:
+            while queue and queue[0][3] <= instant:
+                message = queue.popleft()
+                if rows is not None:
+                    rows.append((instant, port, message[1], message[2], message[0]))
+        if message is not None:
+            self._held[port] = _new_tuple(Sample, message)
+            self.values[port] = message[0]
+
     @property
     def plain(self) -> bool:
         """True if what arrives is known from the messages under way, as none overtakes another."""
@@ -95,7 +135,7 @@ class PlantInputs:
                 value, (following, _, _, arrival) = self.values[port], next(messages)
                 for k, instant in enumerate(times_ns):
                     while arrival <= instant:
-                        value = following
+                        value = read_only(following) if self._guarded else following
                         following, _, _, arrival = next(messages, _NO_MESSAGE)
                     column[k] = value
         return columns
@@ -125,7 +165,7 @@ class PlantInputs:
             if sample is before:
                 return
         self._held[port] = sample
-        self.values[port] = sample.value
+        self.values[port] = read_only(sample.value) if self._guarded else sample.value
         if self._rows is not None:
             self._rows.append((acts_ns, port, sample.oldest_ns, sample.newest_ns, sample.value))
 
@@ -242,7 +282,7 @@ class ExactStation:
         self.name, self.plant, self.state = name, plant, state
         self.now = 0
         self._inputs, self._record, self.hand_over = inputs, record, record.hand_over
-        self._advance, self._read = plant.advance, plant.read
+        self._advance, self._read = plant.advance, _reader(plant)
         self._observe = plant.observe if offers(plant, Observes) else self._observe_a_copy
         self._advance_through = (plant.advance_through
                                  if not plant.feedthrough and offers(plant, AdvancesThrough) else None)
@@ -406,7 +446,7 @@ class GridStation:
         self.now = 0
         self._inputs, self._record, self._grid = inputs, record, grid
         self.hand_over = record.hand_over
-        self._advance, self._read = plant.advance, plant.read
+        self._advance, self._read = plant.advance, _reader(plant)
         self._glance = plant.glance if not plant.feedthrough and offers(plant, Glances) else None
         self._reports, self._events = plant.reports if offers(plant, Reports) else None, events
         known = inputs.plain and self._reports is None and not plant.feedthrough
@@ -469,19 +509,17 @@ class GridStation:
         last_ns = min(stop_ns, self._record.next)
         if last_ns <= self._refused_ns:
             return False
-        index = self._grid.first_at_or_after(self._following)
-        last = self._grid.last_at_or_before(last_ns)
-        if last - index < 1:
-            return False
-        times = [self._grid.tick(k) for k in range(index, last + 1)]
+        times, following, next_step = [], self._following, self._next_step
+        while following <= last_ns:
+            times.append(following)
+            following = next_step()
         starts = [self.now, *times[:-1]]
-        if not self._advance_steps(self.state, self._inputs.ahead(starts), self.now, times):
-            self._refused_ns = times[-1]
+        if len(times) < 2 or not self._advance_steps(self.state, self._inputs.ahead(starts), self.now, times):
+            self._refused_ns = last_ns
+            self._start_steps()
             return False
-        for start in starts:
-            self._inputs.latch_due(start)
-        self._shown, self.now = None, times[-1]
-        self._start_steps()
+        self._inputs.latch_through(starts)
+        self._shown, self.now, self._following = None, times[-1], following
         return True
 
     observed_at = values_through
@@ -557,7 +595,7 @@ class Sampler:
             self._values_at = plant.observed_at
         checks = [finite_check(port) for port in plant.plant.outputs]
         self.plain_links = [link for _, link in outgoing if link.plain]
-        self._plain = tuple((port, checks[port], link.queue.append, link.latency_ns)
+        self._plain = tuple((port, checks[port], link.queue, link.latency_ns)
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, checks[port], link.send) for port, link in outgoing if not link.plain)
         self._echo_ns = min((link.latency_ns for _, link in outgoing
@@ -580,11 +618,11 @@ class Sampler:
                 self._send_stacks(instants, stacks)
             return
         for due, captured, values in self._values_at(dues):
-            for port, finite, append, latency in plain:
+            for port, finite, queue, latency in plain:
                 value = values[port]
                 if not finite(value):
                     raise _unstable(self.plant, port, due)
-                append((value, captured, captured, due + latency))
+                queue.append((value, captured, captured, due + latency))
             for port, finite, send in random:
                 if not finite(values[port]):
                     raise _unstable(self.plant, port, due)
@@ -594,9 +632,9 @@ class Sampler:
 
     def _send_stacks(self, instants: Sequence[int], stacks: tuple[Any, ...]) -> None:
         """Send outputs of many instants, stacked, into wires without jitter and loss."""
-        for port, _, append, latency in self._plain:
-            for instant, value in zip(instants, stacks[port], strict=True):
-                append((value, instant, instant, instant + latency))
+        for port, _, queue, latency in self._plain:
+            arrivals = [instant + latency for instant in instants] if latency else instants
+            queue.extend(zip(stacks[port], instants, instants, arrivals, strict=True))
 
     def _take_dues(self, time_ns: int) -> list[int]:
         """Instants of the samples due at or before `time_ns`; `due` moves past them."""

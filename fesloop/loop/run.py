@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from fesloop.errors import InputError, RunError, SnapshotError
+from fesloop.errors import FesloopError, InputError, RunError, SnapshotError
 from fesloop.loop.abilities import Closes, Learns, offers
 from fesloop.loop.assembly import AheadStation, BlockStation, assembled, sampled_in_order
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock
@@ -180,6 +180,14 @@ class Agenda:
             now, number, station = heap[0]
             heapreplace(heap, (station.fire(now), number, station))
 
+    def where(self) -> str:
+        """What fires, or comes next: its name and instant."""
+        if not self._heap:
+            return "the loop"
+        now, _, station = self._heap[0]
+        name = station.plant.name if isinstance(station, Sampler) else station.name
+        return f"{name} at {now / NS_PER_MS:g} ms"
+
     def forget_ahead(self) -> None:
         """Remove the rows of ticks that were run ahead of the present instant, at which the run failed."""
         if not self._ahead:
@@ -329,6 +337,8 @@ class Loop:
                     for plant in self._plants.values():
                         plant.settle(time_ns)
         except Exception as fault:
+            if not isinstance(fault, FesloopError):
+                fault.add_note(f"fesloop: in {self._agenda.where()}, or in a plant that it reads")
             self._agenda.forget_ahead()
             self._keep(fault)
             raise

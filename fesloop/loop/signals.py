@@ -153,6 +153,25 @@ class Sample(NamedTuple):
 
 
 _FLOAT64 = np.dtype(np.float64)
+_OURS = ("fesloop", "plants", "estimators", "controllers")
+
+
+def is_ours(part: object) -> bool:
+    """True if a block or plant is of this library.
+
+    Its own parts keep the contract, and are spared what makes sure that others do: Numba would compile their
+    functions anew for arrays that cannot be written to.
+    """
+    return type(getattr(part, "__wrapped__", part)).__module__.partition(".")[0] in _OURS
+
+
+def read_only(value: Value) -> Value:
+    """The value, an array as a view that cannot be written to: the record and other readers have it, too."""
+    if not isinstance(value, np.ndarray) or not value.flags.writeable:
+        return value
+    view = value.view()
+    view.flags.writeable = False
+    return view
 
 
 def is_finite(value: Value) -> bool:

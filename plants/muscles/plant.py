@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from typing import Any, Literal, NamedTuple, Protocol, cast
 
@@ -166,7 +166,7 @@ def constants_of(muscles: Muscles) -> Constants:
     if not 0.0 <= muscles.wear_per_trial < 1.0:
         raise InputError("muscles.wear_per_trial", f"{muscles.wear_per_trial}", "from 0 to below 1")
     require_positive("muscles", muscles, "fusion_hz", "natural_rad_s")
-    require_not_negative("muscles", muscles, "rest_between_trials_s", "delay_growth")
+    require_not_negative("muscles", muscles, "rest_between_trials_s", "delay_growth", "session")
     efforts = greatest_efforts(muscles.voluntary_limit, muscles.voluntary_limits)
     usual = duration_ns(muscles.delay_ms, NS_PER_MS, "muscles.delay_ms")
     own = {name: duration_ns(each, NS_PER_MS, f"muscles.delays_ms.{name}")
@@ -224,6 +224,8 @@ class Muscles:
     rest_between_trials_s: rest of the muscles before the next trial, s (chosen).
     wear_per_trial: fraction of force that all muscles lose from trial to trial without recovery.
     variation: of the strength of stimulated muscle from trial to trial; without parameters: none.
+    session: number of the session. Trials of another one vary otherwise, with the same seed too: a model is
+        not tried in the trial that it is of.
     voluntary_limit: greatest voluntary effort; 0 for complete paralysis.
     voluntary_limits: greatest voluntary effort of single muscles by name, in place of it.
     natural_rad_s: natural frequency w of effort and reflex (16, as of stimulation; grip-force data: 20-25).
@@ -244,6 +246,7 @@ class Muscles:
     rest_between_trials_s: float = 10.0
     wear_per_trial: float = 0.0
     variation: Variation = field(default_factory=Variation)
+    session: int = 0
     voluntary_limit: float = 1.0
     voluntary_limits: dict[str, float] = field(default_factory=dict)
     natural_rad_s: float = 16.0
@@ -285,6 +288,7 @@ class Muscles:
 
     def init(self, context: Context) -> MusclesState:
         """State at rest, without fatigue."""
+        context = self._in_session(context)
         slow = self.variation.start(context)
         return MusclesState(self._constants.contraction.start(), self._constants.natural.start(),
                             np.ones(len(MUSCLES)), self._waves(context), slow,
@@ -292,6 +296,7 @@ class Muscles:
 
     def next_trial(self, state: MusclesState, context: Context) -> MusclesState:
         """State at rest, with the fatigue left after the pause between trials."""
+        context = self._in_session(context)
         rest_s, fitness = self.rest_between_trials_s, self._fitness(state, state.now_ns)
         if self.fatigue is not None:
             fitness = self.fatigue.after(fitness, np.zeros(len(MUSCLES)), rest_s)
@@ -301,6 +306,10 @@ class Muscles:
                                  self.variation.factors(slow, context))
         following.strength = (1.0 - self.wear_per_trial) * state.strength
         return following
+
+    def _in_session(self, context: Context) -> Context:
+        """Place with random numbers of its own in each session."""
+        return replace(context, name=f"{context.name} in session {self.session}") if self.session else context
 
     def _waves(self, context: Context) -> Array:
         return self.tremor.waves(context) if self.tremor else np.zeros((3, 0))

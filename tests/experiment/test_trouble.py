@@ -306,3 +306,9 @@ def test_learning_that_makes_it_worse_is_told_where_the_tracker_is_as_wrong_in_e
     for text in texts:
         assert f"trial {int(np.argmin(errors))}" in text
         assert "learn less from each trial (`memory.share`)" in text
+
+
+def test_a_negative_current_is_why_there_is_no_pulse():
+    events = [event(0.0, "safety", "no_posture"), event(0.02, "safety", "negative")]
+    told = Told([(-3.0, 0.0, 0.0)], events)
+    assert "safety: negative" in troubles(told, {"joint_rmse_deg": [9.0], "unmoved_rmse_deg": [9.0]})[0].text

@@ -56,3 +56,13 @@ def test_a_duration_is_no_longer_than_any_run(kind, given):
     """Stamps of a recording are 64 bits of ns, 292 years."""
     with pytest.raises(InputError, match=r"is longer than any run; allowed: below 4\.61e"):
         Duration(kind=kind, **given)
+
+
+@pytest.mark.parametrize(("duration", "words"), [
+    (ZERO, "0 ms"), (Duration(kind="fixed", ms=2.5), "2.5 ms"),
+    (Duration(kind="uniform", low_ms=0.0, high_ms=40.0), "0 to 40 ms"),
+    (Duration(kind="normal", mean_ms=5.0, sd_ms=2.0, low_ms=0.0, high_ms=20.0), "5 +- 2 ms (0 to 20)"),
+    (Duration(kind="exponential", mean_ms=3.0, high_ms=9.0), "3 ms on average (at most 9)"),
+    (Duration(kind="measured"), "measured")])
+def test_a_duration_is_told_in_words(duration, words):
+    assert str(duration) == words

@@ -20,7 +20,7 @@ from fesloop.analysis.study.results.quantities import duration_text
 from fesloop.analysis.study.results.shown import results_table
 from fesloop.analysis.study.results.study_results import StudyResults, load
 from fesloop.apps.cli.output import print_json, print_next_commands, print_table
-from fesloop.errors import FesloopError, InputError
+from fesloop.errors import InputError
 
 _LINE_INTERVAL_S = 15.0
 """Interval between lines where there is no terminal."""
@@ -153,7 +153,8 @@ def _show_cost(study: Study, found: Cost) -> None:
             ["simulated", duration_text(found.simulated_s)],
             ["one run", f"{found.run_s:.2f} s (median of {found.tried} trial runs, "
                         f"{found.least_s:.2f} to {found.most_s:.2f})"],
-            ["workers", f"{found.workers}"], ["time left", duration_text(found.left_s)],
+            ["workers", f"{found.workers}"],
+            [f"time left{' after the models' if study.prepare else ''}", duration_text(found.left_s)],
             ["disk", f"{found.disk_bytes / 1e6:.1f} MB of {found.free_bytes / 1e6:,.0f} MB that are free"]]
     if study.prepare:
         rows.append(["models before these", f"{found.prepared:,}, about {duration_text(found.prepared_s)} at "
@@ -164,21 +165,14 @@ def _show_cost(study: Study, found: Cost) -> None:
 
 
 def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
-    """Draw the study's figures; keep their theoretical curves for reports."""
+    """Draw the study's figures; say which cannot be drawn."""
     if not study.figures:
         return []
-    from fesloop.show.figures.drawing import draw
-    from fesloop.show.figures.theory_overlays import keep_overlays, theory_overlays
+    from fesloop.show.figures.drawing import draw_all
 
-    drawn, theory = [], {}
-    for figure in study.figures:
-        try:
-            theory[figure.name] = theory_overlays(study, figure)
-            drawn.append(draw(results, figure, folder, theory[figure.name]))
-        except FesloopError as fault:
-            print(f"fesloop: figure {figure.name} cannot be drawn: {fault}", file=sys.stderr)
-    if any(theory.values()):
-        keep_overlays(folder, results.about.get("created", ""), theory)
+    drawn, faults = draw_all(results, study, folder)
+    for name, fault in faults.items():
+        print(f"fesloop: figure {name} cannot be drawn: {fault}", file=sys.stderr)
     return drawn
 
 

@@ -31,8 +31,8 @@ from fesloop.experiment.registry import identifier
 from fesloop.loop.clock import NS_PER_S
 
 SUBJECTS = 100
-COHORT, FIRST_SEED = 42, 4200
-"""Pilots were members of cohorts 3, 40 and 41."""
+COHORT, FIRST_SEED = 43, 4300
+"""Pilots were members of cohorts 3 and 40 to 42."""
 OTHER_HAND_EVERY = 10
 _OTHER_HAND = "plant=myohand"
 _WIDELY_DEG = 8.0

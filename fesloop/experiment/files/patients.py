@@ -230,7 +230,10 @@ def _noted(about: dict[str, Any], notes: list[str]) -> dict[str, Any]:
 
 def _with_model(where: str, table: Mapping[str, Any], document: dict[str, Any], kinds: Kinds,
                 notes: list[str], patient_known: bool) -> dict[str, Any]:
-    """Replace model files in a block's table by the models; cautions about them are added to `notes`."""
+    """Replace model files in a block's table by the models; cautions about them are added to `notes`.
+
+    Further models of a block may be of any patient where its `model` may.
+    """
     made = dict(table)
     for key, hint in hints_of(kinds[table["kind"]]).items():
         value = table.get(key)
@@ -244,7 +247,9 @@ def _with_model(where: str, table: Mapping[str, Any], document: dict[str, Any], 
             except InputError as fault:
                 raise fault.within(f"{where}.{key}") from None
         elif LinearModel in get_args(hint) and isinstance(value, list):
-            made[key] = [_model(f"{where}.{key}[{i}]", item, made, document, notes, patient_known)
+            stated = table.get("model")
+            anyone = {"any_patient": True} if _is_file(stated) and stated.get("any_patient") else {}
+            made[key] = [_model(f"{where}.{key}[{i}]", anyone | item, made, document, notes, patient_known)
                          if _is_file(item) else item for i, item in enumerate(value)]
     return made
 

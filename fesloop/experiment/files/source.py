@@ -76,6 +76,7 @@ def read_tables(source: str | Path, shelf: Shelf, folder: Path | None = None,
     except InputError as fault:
         raise (fault.within(f"{below[-1]}: extends") if below else fault) from None
     document = _tables(name, content)
+    _require(shelf, name, document)
     if path is not None:
         document = shelf.placed(document, path.parent)
     if "extends" not in document:
@@ -94,8 +95,19 @@ def read_tables(source: str | Path, shelf: Shelf, folder: Path | None = None,
         raise fault.within(name) from None
 
 
+def _require(shelf: Shelf, name: str, document: Tables) -> None:
+    """Raise InputError for a study in place of an experiment, and an experiment in place of a study."""
+    is_study, is_experiment = (isinstance(document.get(key), dict) for key in ("study", "blocks"))
+    if shelf.what == "experiment" and is_study and not is_experiment:
+        raise InputError(name, "is a study", "an experiment", f"run it with: fesloop study {name}")
+    if shelf.what == "study" and is_experiment and not is_study:
+        raise InputError(name, "is an experiment", "a study", f"run it with: fesloop run {name}")
+
+
 def _shipped(name: str, shelf: Shelf, parts: bool) -> bytes:
     known = shelf.names(parts)
+    if name not in known and Path(name).is_file():
+        raise InputError(name, f"is not {shelf.a_file}", "a file that ends in .toml")
     if name not in known:
         raise InputError(name or "''", f"there is no shipped {shelf.what} of this name", ", ".join(known),
                          did_you_mean(name, known) or "or give the path of a .toml file")

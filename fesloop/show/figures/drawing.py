@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fesloop.analysis.study.design.figure_specs import Figure
+from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.results.study_results import StudyResults
-from fesloop.errors import InputError, InputErrors
+from fesloop.errors import FesloopError, InputError, InputErrors
 from fesloop.show.figures.content import Content, Overlay
 from fesloop.show.figures.curves import curves
 from fesloop.show.figures.heat_maps import heat_map
@@ -43,3 +44,24 @@ def _require_matplotlib() -> None:
     except ImportError:
         raise InputError("figures", "matplotlib is not installed", "matplotlib 3.8 or later",
                          "pip install matplotlib") from None
+
+
+def draw_all(results: StudyResults, study: Study, folder: Path) -> tuple[list[Path], dict[str, FesloopError]]:
+    """Draw a study's figures and keep their theoretical curves for reports.
+
+    Returns the files, and why others, by name of the figure, cannot be drawn.
+    """
+    from fesloop.show.figures.theory_overlays import keep_overlays, theory_overlays
+
+    drawn: list[Path] = []
+    theory: dict[str, list[Overlay]] = {}
+    faults: dict[str, FesloopError] = {}
+    for figure in study.figures:
+        try:
+            theory[figure.name] = list(theory_overlays(study, figure))
+            drawn.append(draw(results, figure, folder, theory[figure.name]))
+        except FesloopError as fault:
+            faults[figure.name] = fault
+    if any(theory.values()):
+        keep_overlays(folder, results.about.get("created", ""), theory)
+    return drawn, faults

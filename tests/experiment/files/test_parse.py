@@ -13,6 +13,7 @@ import fesloop
 from controllers.pid import Pid
 from controllers.reference import MinimumJerk
 from fesloop import Duration, Experiment, InputError, Node, Score, Wire
+from fesloop.analysis.study.design.study_file import read_study
 from fesloop.experiment.files.parse import from_document, read
 from fesloop.experiment.files.source import shipped
 from fesloop.forms.faults import wire_place
@@ -363,3 +364,19 @@ def test_a_fault_at_an_alias_names_the_setting_and_the_key_that_it_wrote(alias, 
         with pytest.raises(InputError) as refused:
             fesloop.load("grasp_mpc", written)
         assert "--set" not in str(refused.value)
+
+
+def test_a_study_and_another_file_in_place_of_an_experiment_are_named(tmp_path):
+    study, other = tmp_path / "st.toml", tmp_path / "pid.py"
+    study.write_text('[study]\nname = "mine"\nexperiment = "finger_control"\n')
+    other.write_text("pass\n")
+    with pytest.raises(InputError, match=r"st.toml: is a study; .*fesloop study .*st.toml"):
+        fesloop.load(str(study))
+    own = tmp_path / "ex.toml"
+    own.write_text('[experiment]\nname = "x"\nduration_s = 1\n[blocks.a]\nkind = "pid"\n')
+    with pytest.raises(InputError, match=r"ex.toml: is an experiment; .*fesloop run .*ex.toml"):
+        read_study(str(own))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        with pytest.raises(InputError, match=r"pid.py: is not an experiment file"):
+            fesloop.load("pid.py")

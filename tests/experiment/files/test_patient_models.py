@@ -144,6 +144,42 @@ def test_any_patient_may_be_asked_for(tmp_path):
     assert np.array_equal(controllers[0].model.a, controllers[1].model.a)
 
 
+def with_bank(tmp_path, *more, **changed):
+    """`grasp_ilc` with a bank of one model, its own but for what is changed."""
+    path = tmp_path / "other.toml"
+    replace(load_patient_model("grasp_sci_c6"), **changed).save(path)
+    return load("grasp_ilc", [f'blocks.controller.bank=[{{ file = "{path}" }}]', *more])
+
+
+@pytest.mark.parametrize(("changed", "named"), [
+    ({"patient": "stroke_mild", "patient_fingerprint": ""},
+     "patient: the model is of 'stroke_mild'; allowed: 'sci_c6', as this experiment has; identify this one, "
+     "or say --set any_patient=true"),
+    ({"current_ma": (10.0, 16.0, 16.0, 28.0, 28.0, 28.0, 28.0, 34.0)},
+     "current_ma: the model is of (10, 16, 16, 28, 28, 28, 28, 34); allowed: (14, 16, 16, 28, 28, 28, 28, "
+     "34), as this experiment has; identify with these, or change the experiment"),
+    ({"electrodes": tuple("12345678")},
+     "electrodes: the model is of (1, 2, 3, 4, 5, 6, 7, 8); allowed: (22+29, 16+9, 35+36, 44, 50, 46+45, "
+     "56+55, 40), as this experiment has; identify with these, or change the experiment"),
+    ({"outputs": ("wrist_extension", "thumb_flexion", "finger_flexion")},
+     "outputs: the model is of (wrist_extension, thumb_flexion, finger_flexion); allowed: (wrist_extension, "
+     "finger_flexion, thumb_flexion), as this experiment has; identify with these, or choose those of the "
+     "model: --set follow=...")])
+def test_a_bank_of_models_of_something_else_is_refused_in_a_line(tmp_path, changed, named):
+    with pytest.raises(InputError) as refused:
+        with_bank(tmp_path, **changed)
+    assert str(refused.value) == f"grasp_ilc: blocks.controller.bank[0]: {tmp_path / 'other.toml'}: {named}"
+
+
+def test_any_patient_holds_for_the_bank_and_is_noted(tmp_path):
+    other = {"patient": "stroke_mild, member 1 of cohort 6", "patient_fingerprint": ""}
+    experiment = with_bank(tmp_path, "any_patient=true", **other)
+    assert [note for note in experiment.notes if "controller.bank[0] is of another person: of stroke_mild, "
+            "member 1 of cohort 6, and this is sci_c6" in note]
+    with pytest.raises(InputError, match="current_ma"):
+        with_bank(tmp_path, "any_patient=true", current_ma=(10.0,) * 8, **other)
+
+
 @pytest.mark.parametrize(("text", "named"), [
     ("", "format"), ("not toml", "is not TOML"), (None, "cannot be read"),
     ('format = "fesloop patient model 1"\npatient = 3', "source|patient")])

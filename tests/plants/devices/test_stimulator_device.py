@@ -77,6 +77,7 @@ def lagging(loop, ticks):
         time.sleep(1.5 * PERIOD_NS / 1e9)
 
 
+@pytest.mark.realtime
 def test_pulses_go_out_in_the_devices_steps_and_what_is_cut_is_told(tmp_path):
     log, recorder = parts.Log(tmp_path / "dry.log"), Recorder()
     device = StimulatorDevice(hold_ms=400.0, port=str(log.path), charge_max_uc=8.0)
@@ -94,6 +95,7 @@ def test_pulses_go_out_in_the_devices_steps_and_what_is_cut_is_told(tmp_path):
                     ("keeper_ready", "memory")}
 
 
+@pytest.mark.realtime
 def test_a_fault_of_the_device_ends_the_run_and_is_recorded(tmp_path):
     pytest.importorskip("pysciencemode")
     recorder = Recorder()
@@ -108,6 +110,7 @@ def test_a_fault_of_the_device_ends_the_run_and_is_recorded(tmp_path):
     assert "electrode_error" in recorder.events[-1][3]
 
 
+@pytest.mark.realtime
 def test_a_run_whose_device_fails_at_the_end_does_not_end_in_silence(tmp_path):
     pytest.importorskip("pysciencemode")
     with parts.device(tmp_path) as device:
@@ -120,6 +123,7 @@ def test_a_run_whose_device_fails_at_the_end_does_not_end_in_silence(tmp_path):
             loop.close()
 
 
+@pytest.mark.realtime
 def test_each_trial_has_the_device_anew(tmp_path):
     log = parts.Log(tmp_path / "dry.log")
     with closing(loop_of(StimulatorDevice(hold_ms=400.0, port=str(log.path)), *parts.PULSES)) as loop:
@@ -138,6 +142,7 @@ def test_a_loop_that_runs_as_fast_as_it_can_sends_nothing(tmp_path):
     assert [event for _, event, _ in log.rows()] == ["open", "stop"]
 
 
+@pytest.mark.realtime
 def test_a_device_in_use_cannot_be_saved(tmp_path):
     with closing(loop_of(StimulatorDevice(hold_ms=400.0), *parts.PULSES)) as loop:
         paced(loop, 2)
@@ -223,7 +228,7 @@ def test_a_device_that_does_not_open_leaves_no_recording(tmp_path):
     assert not list(tmp_path.glob("runs/*"))
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_the_shipped_rehearsal_sends_what_safety_lets_through(tmp_path):
     log = parts.Log(tmp_path / "given.log")
     settings = [f"log={log.path}", "hold_ms=400", "experiment.duration_s=1.5"]
@@ -244,6 +249,7 @@ def test_the_shipped_rehearsal_sends_what_safety_lets_through(tmp_path):
     assert np.abs(sent - allowed)[on].max(axis=0)[1] <= 1e-6 * step.width_step_us
 
 
+@pytest.mark.realtime
 def test_nobody_gets_more_than_the_safety_block_let_through(tmp_path):
     pulses = (0.0219, 300.9e-6), (0.0019, 300e-6)
     recorder = Recorder()

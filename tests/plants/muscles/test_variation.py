@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from muscle_parts import COUNT, MODELS, MS, given, simulate, tiring
 from scipy.stats import kstest
 
+import fesloop
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from plants.muscles import Muscles
@@ -122,3 +123,20 @@ def test_every_preset_varies_as_people_do(name):
     assert np.quantile(ratio, 0.05) > 0.6
     assert np.quantile(ratio, 0.95) < 1.7
     assert np.quantile(ratio, 0.9) > 1.1
+
+
+@pytest.mark.parametrize("trial", [0, 3])
+def test_trials_of_another_session_are_other_ones_with_the_same_seed(trial):
+    variation = Variation(trial=0.1, muscle_trial=0.2, drift=0.1, muscle_drift=0.2)
+    first, again, other = (Muscles(variation=variation, session=session).init(Context("muscles", 3, trial))
+                           for session in (0, 0, 1))
+    assert np.array_equal(first.factors, again.factors)
+    assert not np.isclose(first.factors, other.factors).any()
+    assert not np.isclose(first.slow, other.slow).any()
+
+
+@pytest.mark.parametrize("name", ["sweep_grasp", "identify_grasp", "identify_key", "identify_patient"])
+def test_what_is_identified_is_in_another_session_than_the_grasps(name):
+    assert fesloop.load(name).wiring.node("muscles").part.session == 1
+    assert fesloop.load("grasp_mpc").wiring.node("muscles").part.session == 0
+

@@ -99,7 +99,7 @@ def test_a_run_that_broke_off_claims_no_whole_last_trial(status, beginning):
 
 def test_the_tracker_s_error_is_of_the_trial_that_it_is_known_of():
     told = sentence_of(run_of({"tracker_rmse_deg": [0.5, 0.25, math.nan]}, trials=3))
-    assert told == "The tracker's own error in trial 1 was 0.250 deg RMS."
+    assert told == "The tracker's own error in the scored angles in trial 1 was 0.250 deg RMS."
 
 
 def test_what_was_not_scored_is_said():

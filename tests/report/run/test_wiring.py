@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.specification import with_transport
-from fesloop.show.report.run.experiment import wiring_svg
+from fesloop.loop.duration import Duration
+from fesloop.show.report.run.experiment import _wire_row, wiring_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 NAMES = st.lists(st.sampled_from("abcdefgh"), min_size=1, unique=True)
@@ -46,6 +47,8 @@ def test_a_jitter_is_told_where_there_is_some(jitter, told):
     wires = [{"from": "a.out", "to": "b.in", "latency_ms": 10.0, "jitter": jitter}]
     root = ElementTree.fromstring(wiring_svg({"a": {"kind": "pid"}, "b": {"kind": "safety"}}, wires, {}))
     assert ("+ jitter" in [each.text for each in root.iter(f"{SVG}text")]) == told
+    latency = _wire_row(wires[0])[2]
+    assert latency == (f"10 ms + {jitter['kind']} jitter of {Duration(**jitter)}" if told else "10 ms")
 
 
 @pytest.mark.parametrize("name", ["grasp_ilc", "finger_ilc"])

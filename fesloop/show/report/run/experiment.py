@@ -10,6 +10,7 @@ from typing import Any
 
 from fesloop.experiment.specification import with_transport
 from fesloop.forms.toml import toml_text
+from fesloop.loop.duration import Duration
 from fesloop.show.report import svg
 from fesloop.show.report.parts import Code, Drawing, Fold, Notice, Paragraph, Part, Section, Table
 from fesloop.show.report.run.known import Known
@@ -63,9 +64,14 @@ def _rate(known: Known, name: str, table: Mapping[str, Any]) -> str:
     return "continuous" if is_plant(table) else "its own clock"
 
 
+def _varies(jitter: Mapping[str, Any]) -> bool:
+    """Whether a wire's jitter adds anything."""
+    return any(jitter.get(key) for key in _JITTERS)
+
+
 def _wire_row(wire: Mapping[str, Any]) -> list[str]:
     jitter = wire.get("jitter", {"kind": "zero"})
-    varies = "" if jitter["kind"] == "zero" else f" + {jitter['kind']} jitter"
+    varies = f" + {jitter['kind']} jitter of {Duration(**jitter)}" if _varies(jitter) else ""
     burst = wire.get("burst_messages")
     bursts = f" in bursts of {burst:g}" if burst else ""
     return [wire["from"], wire["to"], f"{wire.get('latency_ms', 0.0):g} ms{varies}",
@@ -291,7 +297,7 @@ def _label(wires: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     """Lines of a wire's label: greatest latency, jitter and loss of the wires that it joins."""
     wire = max(wires, key=lambda each: float(each.get("latency_ms", 0.0)))
     lines = [f"{wire['latency_ms']:g} ms"] if wire.get("latency_ms") else []
-    if any(each.get("jitter", {}).get(key) for each in wires for key in _JITTERS):
+    if any(_varies(each.get("jitter", {})) for each in wires):
         lines.append("+ jitter")
     loss = max(float(each.get("loss", 0.0)) for each in wires)
     return (*lines, f"{100.0 * loss:g} % lost") if loss else tuple(lines)

@@ -232,7 +232,7 @@ def _tracker(known: Known) -> Iterator[str]:
         split = known.metrics.get("split_rmse_deg", {}).get("total")
         heard = not isinstance(split, list) or not split or any(math.isfinite(each) for each in split)
         unheard = "" if heard else ", and no estimate reached the controller"
-        yield f"the tracker's own error{which} was {rounded(error)} deg RMS{unheard}"
+        yield f"the tracker's own error in the scored angles{which} was {rounded(error)} deg RMS{unheard}"
 
 
 def _fingertips(known: Known) -> Iterator[str]:
