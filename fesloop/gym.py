@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.files.settings import Settings, setting_texts
@@ -34,8 +35,9 @@ from fesloop.experiment.running import Experiment
 from fesloop.experiment.score_spec import Score
 from fesloop.loop.abilities import offers
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import FOREVER, NS_PER_S, Clock
+from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock, StampClock
 from fesloop.loop.nodes import Node
+from fesloop.loop.order import Sampling
 from fesloop.loop.realtime import is_live
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port, Sample, Value
@@ -54,6 +56,8 @@ Array = NDArray[np.float64]
 STOPPED = "emergency_stop"
 """Status of the safety block that ends an episode."""
 _JUDGE = "gym_score"
+_STOPPED_CLOCK = StampClock(np.array([FOREVER]))
+"""Clock of a block that never steps."""
 _ABOUT = ("age_s", "newest_age_s", "present")
 _PICTURE_PX = 640, 480
 _FALLEN_M = 0.1
@@ -99,18 +103,16 @@ class Agent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judge:
-    """A block that keeps the newest values of the signals that are scored; it acts on nothing."""
+    """A block that the signals that are scored reach; it acts on nothing, and is read without a step."""
 
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...] = ()
 
-    def init(self, context: Context) -> SimpleNamespace:
-        """State before the first value."""
-        return SimpleNamespace(values=[port.initial_value() for port in self.inputs])
+    def init(self, context: Context) -> None:
+        """No state."""
 
-    def step(self, state: SimpleNamespace, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Keep the values; put out nothing."""
-        state.values = [sample.value for sample in inputs]
+    def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Nothing."""
         return ()
 
 
@@ -125,6 +127,7 @@ class Task:
     duration_ns: of an episode.
     drives: from drives to pulses. reach: (channels,), drive of action 1.
     seen: for each input that is wired, its number, and the first and the end of its values' entries.
+    ports: number of the agent's inputs, after which the judge's follow in what the loop hands over.
     names: of the entries of an observation. high: (entries,), their upper bounds.
     gaps: whether an input may have lost samples.
     score: of the experiment. document: of the experiment as it was, with its controller.
@@ -136,6 +139,7 @@ class Task:
     drives: Drives
     reach: Array
     seen: tuple[tuple[int, int, int], ...]
+    ports: int
     names: tuple[str, ...]
     high: Array
     gaps: bool
@@ -144,12 +148,14 @@ class Task:
 
     def observation(self, samples: Sequence[Sample], now_ns: int) -> Array:
         """Values, ages and presence of the samples of all inputs, (entries,)."""
-        found = np.empty(len(self.names))
+        found = np.empty(self.high.size)
         for number, first, end in self.seen:
             value, oldest_ns, newest_ns, arrived_ns = samples[number]
-            found[first:end] = value if isinstance(value, float) else value.ravel()
-            found[end] = (now_ns - max(oldest_ns, 0)) / NS_PER_S
-            found[end + 1] = (now_ns - max(newest_ns, 0)) / NS_PER_S
+            if arrived_ns < 0:  # as captured when the trial began
+                oldest_ns = newest_ns = 0
+            found[first:end] = value if isinstance(value, float) or value.ndim == 1 else value.ravel()
+            found[end] = (now_ns - oldest_ns) / NS_PER_S
+            found[end + 1] = (now_ns - newest_ns) / NS_PER_S
             found[end + 2] = arrived_ns >= 0
         return np.nan_to_num(found, copy=False) if self.gaps else found
 
@@ -168,12 +174,12 @@ def task_of(experiment: Experiment, controller: str, drives: Drives | None) -> T
     if part.outputs[0].shape != (drives.channels, 2):
         raise InputError("drives", f"{drives.channels} channels", f"{part.outputs[0].shape[0]}, as many as "
                          f"blocks.{controller} has")
-    inputs, wires = _judged(experiment, nodes)
     clock = node.clock
     assert clock is not None
+    inputs, wires = _judged(experiment, nodes, clock)
     # Last in the order of declaration: at one instant the agent's turn comes after all that does not need it.
     agent = replace(node, part=Agent(inputs=part.inputs, outputs=part.outputs), rate=clock, offset_ms=0.0)
-    judge = Node(_JUDGE, Judge(inputs=inputs), clock)
+    judge = Node(_JUDGE, Judge(inputs=inputs), _STOPPED_CLOCK if isinstance(clock, RateClock) else clock)
     others = [each for name, each in nodes.items() if name != controller]
     wired = {end.target_port: end for end in experiment.wiring.connections if end.target.name == controller}
     names: list[str] = []
@@ -188,8 +194,8 @@ def task_of(experiment: Experiment, controller: str, drives: Drives | None) -> T
     return Task(
         wiring=Wiring([*others, judge, agent], [*experiment.wires, *wires], experiment.seed), clock=clock,
         duration_ns=experiment.duration_ns, drives=drives, reach=np.minimum(drives.reach(), 1.0),
-        seen=tuple(seen), names=tuple(names), high=np.array(high), score=experiment.score,
-        document=experiment.document(),
+        seen=tuple(seen), ports=len(part.inputs), names=tuple(names), high=np.array(high),
+        score=experiment.score, document=experiment.document(),
         gaps=any(end.source.part.outputs[end.source_port].gaps for end in wired.values()))
 
 
@@ -211,8 +217,10 @@ def _replaceable(nodes: dict[str, Node], name: str) -> Node:
     return nodes[name]
 
 
-def _judged(experiment: Experiment, nodes: dict[str, Node]) -> tuple[tuple[Port, ...], list[Wire]]:
-    """Inputs of the judge, and their wires, for the signals of the experiment's score."""
+def _judged(
+    experiment: Experiment, nodes: dict[str, Node], clock: Clock
+) -> tuple[tuple[Port, ...], list[Wire]]:
+    """Inputs of the judge, and their wires, for the signals of the experiment's score at a clock's ticks."""
     score = experiment.score
     if score.truth is None or score.reference is None:
         raise InputError("score", "names no truth or no reference, so there is no reward", "both",
@@ -220,12 +228,38 @@ def _judged(experiment: Experiment, nodes: dict[str, Node]) -> tuple[tuple[Port,
     signals = {"truth": score.truth, "reference": score.reference}
     if score.grasp is not None and score.grasp.hand_position is not None:
         signals |= {"object": score.grasp.object, "hand": score.grasp.hand_position}
-    inputs = []
+    inputs, wires = [], []
     for name, signal in signals.items():
         owner, _, port_name = signal.partition(".")
         port = next(port for port in nodes[owner].part.outputs if port.name == port_name)
         inputs.append(Port(name, port.shape, port.unit))
-    return tuple(inputs), [Wire(signal, f"{_JUDGE}.{name}") for name, signal in signals.items()]
+        wire = Wire(signal, f"{_JUDGE}.{name}")
+        if nodes[owner].is_plant and isinstance(clock, RateClock):
+            at = _shared(experiment, nodes[owner], clock)
+            wire = replace(wire, rate=str(at.rate), offset_ms=at.offset_ns / NS_PER_MS)
+        wires.append(wire)
+    return tuple(inputs), wires
+
+
+def _shared(experiment: Experiment, plant: Node, clock: RateClock) -> RateClock:
+    """The clock, or the slowest that ticks with it and at whose ticks the loop samples the plant anyway.
+
+    What is sampled at one instant for several readers is evaluated once. A plant of fixed steps is read at
+    its steps, whoever asks.
+    """
+    if plant.plant.grid is not None:
+        return clock
+    shared = [each.clock for each in experiment.wiring.order
+              if isinstance(each, Sampling) and each.plant.name == plant.name and not each.observing
+              and isinstance(each.clock, RateClock) and _ticks_with(each.clock, clock)]
+    return max(shared, key=lambda each: each.period_num, default=clock)
+
+
+def _ticks_with(quick: RateClock, slow: RateClock) -> bool:
+    """True if each tick of the slow clock is one of the quick clock."""
+    between = slow.offset_ns - quick.offset_ns
+    return not quick.arrivals and quick.period_den == slow.period_den == 1 and between >= 0 and (
+        between % quick.period_num == slow.period_num % quick.period_num == 0)
 
 
 def _entries(port: Port, rows: Sequence[str]) -> list[str]:
@@ -237,8 +271,29 @@ def _entries(port: Port, rows: Sequence[str]) -> list[str]:
             for place in np.ndindex(*(size or 0 for size in port.shape))]
 
 
+@compiled
+def _fill_drive(share: Array, reach: Array, drive: Array) -> float:
+    """Fill the drives (channels,) of an action (channels,); return its mean square, -1 for no action."""
+    total = 0.0
+    for i in range(share.size):
+        if not 0.0 <= share[i] <= 1.0:
+            return -1.0
+        drive[i] = share[i] * reach[i]
+        total += share[i] * share[i]
+    return total / share.size
+
+
+@compiled
+def _mean_square(truth: Array, reference: Array) -> float:
+    """Mean square of the difference of values (joints,)."""
+    total = 0.0
+    for i in range(truth.size):
+        total += (truth[i] - reference[i])**2
+    return total / truth.size
+
+
 def _copied(value: Value) -> Array:
-    return value.copy() if isinstance(value, np.ndarray) else np.array(value)
+    return np.array(value) if isinstance(value, float) else value.copy()
 
 
 class LoopEnv(gymnasium.Env[Array, ArrayLike]):
@@ -351,50 +406,56 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         self._task, self._tick = task, 0
         self.loop = Loop(task.wiring.with_seed(self._seed))
         states = self.loop.states()
-        self._agent, self._judge = states[self._controller], states[_JUDGE]
-        return self._observe(self.loop)
+        self._agent = states[self._controller]
+        observation, info, _ = self._observe(self.loop)
+        return observation, info
 
     def step(self, action: ArrayLike) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Act in the tick of the last observation; return the next observation, reward and ends."""
         if self.loop is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
-        task, share = self._task, np.asarray(action, dtype=np.float64)
-        self._agent.pulses = self.pulses(share)
+        self._agent.pulses, effort = self._acted(action)
         self._tick += 1
-        observation, info = self._observe(self.loop)
-        reward = -self._effort_weight * float(share.dot(share)) / share.size - self._penalty(info["time_ns"])
-        events = info["events"]
-        stopped = bool(events) and any(status == STOPPED for _, _, status, _ in events)
-        return observation, reward, stopped, info["time_ns"] >= task.duration_ns, info
+        observation, info, penalty = self._observe(self.loop)
+        stopped = bool(info["events"]) and any(status == STOPPED for _, _, status, _ in info["events"])
+        return (observation, -self._effort_weight * effort - penalty, stopped,
+                info["time_ns"] >= self._task.duration_ns, info)
 
     def pulses(self, action: ArrayLike) -> Array:
         """Pulses (channels, 2), A and s, of an action; InputError for one that is no action."""
-        task, share = self._task, np.asarray(action, dtype=np.float64)
-        if share.shape != task.reach.shape or not all(0.0 <= each <= 1.0 for each in share.tolist()):
-            found = f"shape {share.shape}" if share.shape != task.reach.shape else f"{share.tolist()}"
-            raise InputError("action", found, f"shape {task.reach.shape}, each from 0 to 1",
+        return self._acted(action)[0]
+
+    def _acted(self, action: ArrayLike) -> tuple[Array, float]:
+        """Pulses and mean square of an action."""
+        reach, share = self._task.reach, np.asarray(action, dtype=np.float64, order="C")
+        drive = np.empty(reach.size)
+        effort = _fill_drive(share, reach, drive) if share.shape == reach.shape else -1.0
+        if effort < 0.0:
+            found = f"shape {share.shape}" if share.shape != reach.shape else f"{share.tolist()}"
+            raise InputError("action", found, f"shape {reach.shape}, each from 0 to 1",
                              "scale and clip it, as RescaleAction and ClipAction of gymnasium do")
-        return task.drives.stimulation(share * task.reach)
+        return self._task.drives.stimulation(drive), effort
 
-    def _observe(self, loop: Loop) -> tuple[Array, dict[str, Any]]:
-        """Run until the turn of the agent; return observation and info."""
-        now_ns = self._task.clock.tick(self._tick)
-        samples = loop.run_until_turn(self._controller, now_ns)
-        truth, reference, *_ = self._judge.values
-        return self._task.observation(samples, now_ns), {
-            "time_ns": now_ns, "seed": self._seed, "truth": _copied(truth), "reference": _copied(reference),
-            "events": loop.events}
+    def _observe(self, loop: Loop) -> tuple[Array, dict[str, Any], float]:
+        """Run until the turn of the agent; return observation, info, and penalty."""
+        task = self._task
+        now_ns = task.clock.tick(self._tick)
+        samples = loop.run_until_turn(self._controller, now_ns, _JUDGE)
+        truth, reference = _copied(samples[task.ports][0]), _copied(samples[task.ports + 1][0])
+        info = {"time_ns": now_ns, "seed": self._seed, "truth": truth, "reference": reference,
+                "events": loop.events}
+        penalty = self._penalty(now_ns, truth, reference, samples[task.ports + 2:])
+        return task.observation(samples, now_ns), info, penalty
 
-    def _penalty(self, now_ns: int) -> float:
+    def _penalty(self, now_ns: int, truth: Array, reference: Array, grasped: Sequence[Sample]) -> float:
         """Penalty of the tracking error and of the fall of an object."""
-        score, (truth, reference, *grasped) = self._task.score, self._judge.values
+        score = self._task.score
         now_s, penalty = now_ns / NS_PER_S, 0.0
         if score.after_s <= now_s and (score.until_s is None or now_s <= score.until_s):
-            difference = truth - reference
-            error = difference.ravel() if isinstance(difference, np.ndarray) else np.ravel(difference)
-            penalty = float(error.dot(error)) / error.size
+            penalty = (_mean_square(truth, reference) if truth.ndim == 1
+                       else _mean_square(truth.ravel(), reference.ravel()))
         if grasped and score.grasp is not None and score.grasp.from_s <= now_s <= score.grasp.until_s:
-            thing, sites = grasped
+            thing, sites = (np.asarray(sample.value) for sample in grasped)
             fall = min(max(float(sites[:, 2].min() - thing[2]), 0.0) / _FALLEN_M, 1.0)
             penalty += self._fall_weight * fall * fall
         return penalty

@@ -16,6 +16,7 @@ import fesloop
 from controllers.allocation import Allocation
 from fesloop.errors import InputError
 from fesloop.gym import LoopEnv
+from fesloop.loop.order import Sampling
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
@@ -93,6 +94,8 @@ def test_gymnasium_finds_no_fault(name):
 
 @pytest.mark.parametrize(("environment", "name", "settings", "steps", "truth"), [
     ("Finger", "finger_control", HARD, 300, "patient"),
+    # No tick of the tracker but the first is one of the controller: the truth is evaluated for itself.
+    ("Finger", "finger_control", [*HARD, "blocks.tracker.rate=73"], 300, "patient"),
     pytest.param("Grasp", "grasp_mpc", ["jitter_ms=20", "loss=0.1"], 400, "truth", marks=pytest.mark.slow)])
 def test_an_episode_is_the_loop_to_the_last_bit(environment, name, settings, steps, truth):
     env = gymnasium.make(f"fesloop/{environment}-v0")
@@ -131,6 +134,16 @@ def test_an_episode_is_the_loop_to_the_last_bit(environment, name, settings, ste
     assert rewards == again[1]
     assert np.array(observations).tobytes() == np.array(again[0]).tobytes()
     assert not np.isnan(observations).any()
+
+
+@pytest.mark.parametrize(("settings", "shared"), [
+    ([], True), (["blocks.tracker.rate=200"], True), (["blocks.tracker.rate=73"], False),
+    (["blocks.tracker.offset_ms=5"], False)])
+def test_the_truth_is_evaluated_with_the_trackers_samples_where_their_ticks_meet(settings, shared):
+    env = LoopEnv("finger_control", settings)
+    order = env._base.wiring.order
+    sampled = [each for each in order if isinstance(each, Sampling) and each.plant.name == "patient"]
+    assert len(sampled) == (1 if shared else 2)
 
 
 def test_latency_delays_what_is_seen_exactly():

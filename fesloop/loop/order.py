@@ -15,7 +15,8 @@ class Sampling:
     """Sampling of a plant at a clock's ticks, into every wire that samples at that clock.
 
     `observing`: nothing behind these wires leads to a plant. With or without them every trajectory is the
-    same to the last bit, so the plant is not split for them.
+    same to the last bit, so the plant is not split for them; where others split it at the same ticks, they
+    share its outputs.
     """
 
     plant: Node
@@ -27,11 +28,16 @@ class Sampling:
 def samplings(connections: Sequence[Connection]) -> list[Sampling]:
     """Samplings, one per plant, clock and `observing`, in the order of declaration."""
     acting = _acting(connections)
+    # A plant of fixed steps is split by none, and may show some outputs at less cost than all.
+    splits = [(each.source, each.clock) for each in connections
+              if each.heard and id(each.target) in acting and each.source.is_plant
+              and each.source.plant.grid is None]
     groups: list[tuple[Node, Clock, bool, list[Connection]]] = []
     for connection in connections:
-        clock, observing = connection.clock, id(connection.target) not in acting
+        clock = connection.clock
         if clock is None or not connection.heard:
             continue
+        observing = id(connection.target) not in acting and (connection.source, clock) not in splits
         for node, at, only, members in groups:
             if node is connection.source and at == clock and only == observing:
                 members.append(connection)

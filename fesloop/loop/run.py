@@ -294,27 +294,29 @@ class Loop:
         """
         self._advance(_whole_ns(time_ns), None)
 
-    def run_until_turn(self, name: str, time_ns: int) -> tuple[Sample, ...]:
+    def run_until_turn(self, name: str, time_ns: int, observer: str | None = None) -> tuple[Sample, ...]:
         """Do everything due before a block's tick at `time_ns`, and return what the tick will read.
 
         At `time_ns` itself, this is what comes before the block in the order of the wiring. What is put into
         the block's state now, such as an action, acts in this tick, which the next call begins with.
+        Samples that have reached the inputs of `observer`, another block, follow; it does not step for them.
         Raises InputError where the block has no tick to come at `time_ns`; else as `run_until`.
         """
         time_ns = _whole_ns(time_ns)
         turn = self._named.get(name)
-        if turn is None:
-            raise InputError("run_until_turn", f"there is no block {name!r}",
+        watching = self._named.get(observer) if observer is not None else None
+        if turn is None or (observer is not None and watching is None):
+            raise InputError("run_until_turn", f"there is no block {(name if turn is None else observer)!r}",
                              ", ".join(block.name for block in self._blocks))
         if turn.due != time_ns and not turn.due <= time_ns == turn.clock.tick(
                 turn.clock.first_at_or_after(time_ns)):
             raise InputError("run_until_turn", f"{name} has no tick to come at {time_ns} ns",
                              f"a tick from {turn.due} ns on")
-        self._advance(time_ns, turn)
-        return tuple(turn.held)
+        self._advance(time_ns, turn, watching)
+        return (*turn.held, *watching.held) if watching is not None else (*turn.held,)
 
-    def _advance(self, time_ns: int, turn: BlockStation | None) -> None:
-        """Run until the end of an instant, or until a block's turn in it."""
+    def _advance(self, time_ns: int, turn: BlockStation | None, watching: BlockStation | None = None) -> None:
+        """Run until the end of an instant, or until a block's turn in it, which another block watches."""
         if self._ended:
             raise RunError(f"the loop {self._ended}")
         if self.recorder is None:
@@ -326,6 +328,8 @@ class Loop:
                 if turn is not None:
                     self._agenda.run_before(time_ns, turn)
                     turn.read(time_ns)
+                    if watching is not None:
+                        watching.read(time_ns)
                 else:
                     self._agenda.run_until(time_ns)
                     for publisher in self._publishers.values():

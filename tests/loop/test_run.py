@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from loop_parts import Pass, PeersPi, SecondOrder, Sink, Source
 
 from fesloop.errors import InputError, RunError
-from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
+from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, RateClock, StampClock
 from fesloop.loop.duration import Duration
 from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
+from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 
@@ -90,6 +91,41 @@ def test_a_stop_before_a_turn_shows_what_it_reads_and_changes_no_bit(grid):
         assert np.array_equal(ours, theirs)
 
 
+@given(rates=st.tuples(st.sampled_from(["1000", "50", "300"]), st.sampled_from(["1000", "50", "30"])),
+       latency_ms=st.sampled_from([1e-6, 7.0, 25.0]),
+       grid=st.sampled_from([None, RateClock.from_rate("1000")]))
+@settings(max_examples=12, deadline=None)
+def test_an_observer_that_never_steps_reads_what_a_stepping_one_does_and_changes_no_bit(
+        rates, latency_ms, grid):
+    class Watching(Sink):
+        inputs = (Port("y"), Port("u"))
+
+        def step(self, state, inputs, tick):
+            stepped.append(tuple(inputs))
+            return ()
+
+    def loop(clock, record):
+        nodes = [Node("plant", SecondOrder(grid=grid)), Node("watch", Watching(), clock),
+                 Node("pi", PeersPi(), "50")]
+        wires = [Wire("plant.y", "pi.y", latency_ms=30, rate=rates[0]), Wire("pi.u", "plant.u"),
+                 Wire("plant.y", "watch.y", rate=rates[1]), Wire("pi.u", "watch.u", latency_ms=latency_ms)]
+        return Loop(Wiring(nodes, wires), recorder=record)
+
+    stepped, read, ticks = [], [], [k * 20 * NS_PER_MS for k in range(16)]
+    bare, watched = Recorder(None), Recorder(None)
+    loop("50", bare).run_until(ticks[-1])
+    theirs, stepped = stepped, []
+    observed = loop(StampClock(np.array([FOREVER])), watched)
+    for time_ns in ticks:
+        samples = observed.run_until_turn("pi", time_ns, "watch")
+        assert samples[:1] == observed.run_until_turn("pi", time_ns)
+        read.append(samples[1:])
+    observed.run_until(ticks[-1])
+    assert not stepped
+    assert read == theirs
+    assert watched.blocks["pi"] == bare.blocks["pi"]
+
+
 @pytest.mark.parametrize(("name", "time_ns", "message"), [
     ("pi", 0, "pi has no tick to come at 0 ns; allowed: a tick from 20000000 ns on"),
     ("pi", 30_000_000, "pi has no tick to come at 30000000 ns"),
@@ -99,6 +135,8 @@ def test_a_turn_that_does_not_come_is_refused(name, time_ns, message):
     loop.run_until(0)
     with pytest.raises(InputError, match=message):
         loop.run_until_turn(name, time_ns)
+    with pytest.raises(InputError, match="there is no block 'nobody'; allowed: pi"):
+        loop.run_until_turn("pi", 20_000_000, "nobody")
     loop.run_until_turn("pi", 20_000_000)
 
 
