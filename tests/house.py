@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("fesloop", "plants", "estimators", "controllers")
-MOST_LOADED, MOST_HAND_LINES = 129, 1030
+MOST_LOADED, MOST_HAND_LINES = 130, 1030
 RUN = ("run", "grasp_ilc", "--set", "trials=1")
 HAND = ("parts/hand_rig", "parts/grasp", "grasp_ilc", "grasp_mpc", "hold_grip_force", "identify_grasp",
         "open_close_ilc", "pinch_mpc")
