@@ -154,7 +154,7 @@ def _show_cost(study: Study, found: Cost) -> None:
             ["one run", f"{found.run_s:.2f} s (median of {found.tried} trial runs, "
                         f"{found.least_s:.2f} to {found.most_s:.2f})"],
             ["workers", f"{found.workers}"],
-            [f"time left{' after the models' if study.prepare else ''}", duration_text(found.left_s)],
+            ["time left, after the models" if study.prepare else "time left", duration_text(found.left_s)],
             ["disk", f"{found.disk_bytes / 1e6:.1f} MB of {found.free_bytes / 1e6:,.0f} MB that are free"]]
     if study.prepare:
         rows.append(["models before these", f"{found.prepared:,}, about {duration_text(found.prepared_s)} at "

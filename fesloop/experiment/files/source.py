@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.files.overlay import Tables, extended, of_its_own
 from fesloop.forms.toml import TomlError, tables_of
-from fesloop.given_files import read_whole
+from fesloop.given_files import is_file, read_whole
 
 Overlay = Callable[[Tables, Mapping[str, Any]], Tables]
 DEEPEST = 16
@@ -106,7 +106,7 @@ def _require(shelf: Shelf, name: str, document: Tables) -> None:
 
 def _shipped(name: str, shelf: Shelf, parts: bool) -> bytes:
     known = shelf.names(parts)
-    if name not in known and Path(name).is_file():
+    if name not in known and is_file(Path(name)):
         raise InputError(name, f"is not {shelf.a_file}", "a file that ends in .toml")
     if name not in known:
         raise InputError(name or "''", f"there is no shipped {shelf.what} of this name", ", ".join(known),

@@ -273,6 +273,7 @@ def test_commands_of_a_loop_that_lags_behind_the_wall_clock_are_not_given(tmp_pa
     assert [event for _, event, _ in log.rows()].count("give") < 20
 
 
+@pytest.mark.realtime
 def test_a_loop_that_begins_late_gives_nothing_until_it_has_caught_up(tmp_path):
     log, recorder = parts.Log(tmp_path / "dry.log"), Recorder()
     with closing(loop_of(StimulatorDevice(port=str(log.path)), *parts.PULSES, recorder=recorder)) as loop:
