@@ -112,7 +112,7 @@ def _text(definition: Definition) -> str:
     if definition.shown:
         lines.append(_indented(f"Printed as: {', '.join(definition.shown)}"))
     lines.append(_indented(f"No number (- in tables, nan, null in JSON): {definition.nan}." if definition.nan
-                           else "There is always a number."))
+                           else "There is always one."))
     return "\n".join(lines)
 
 
