@@ -28,7 +28,7 @@ HELD = [
     ("hold_grip_force",), ("hold_grip_force", "glove=fingertips"),
 ]
 """Each ends with the object in the hand."""
-LOST = [("grasp_cylinder", "mass_kg=1.5"), ("grasp_mpc", "blocks.reference.phases.2.deg.finger_flexion=35")]
+LOST = [("grasp_cylinder", "mass_kg=2"), ("grasp_mpc", "blocks.reference.phases.2.deg.finger_flexion=35")]
 THUMB, DIGITS, PALM = ([part for part, name in enumerate(PARTS) if name.startswith(start)]
                        for start in ("F1", ("F2", "F3", "F4", "F5"), "palm"))
 
