@@ -24,7 +24,8 @@ HELD = [
     ("pinch_mpc", "control=tuned_pid"), ("pinch_mpc", "tracker=ideal"),
     ("grasp_mpc", "follow=aperture"), ("pinch_mpc", "follow=aperture"),
     ("key_mpc",), ("key_mpc", "tracker=ideal"),
-    ("grasp_cylinder",), ("grasp_cylinder", "plant=myohand"), ("pinch",), ("pinch", "plant=myohand", "blocks.hand.object.friction_stiffness=10"),
+    ("grasp_cylinder",), ("grasp_cylinder", "plant=myohand"), ("pinch",),
+    ("pinch", "plant=myohand", "blocks.hand.object.friction_stiffness=10"),
     ("hold_grip_force",), ("hold_grip_force", "glove=fingertips"),
 ]
 """Each ends with the object in the hand."""
