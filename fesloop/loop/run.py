@@ -181,7 +181,7 @@ class Agenda:
             heapreplace(heap, (station.fire(now), number, station))
 
     def where(self) -> str:
-        """What fires, or comes next: its name and instant."""
+        """Name and instant of the block or plant that fires, or comes next."""
         if not self._heap:
             return "the loop"
         now, _, station = self._heap[0]
