@@ -231,7 +231,7 @@ def grasping(step_ms):
     return np.array(angles), np.array(places)
 
 
-def test_it_holds_a_cylinder_and_halving_the_step_changes_that_by_less_than_a_degree():
+def test_it_holds_a_cylinder_and_halving_the_step_changes_that_by_less_than_two_degrees():
     (usual, places), (fine, _) = (grasping(step_ms) for step_ms in (1.0, 0.5))
     assert np.abs(places[:, 2]).max() < 0.02
     assert np.ptp(usual, axis=0).max() > 30.0
