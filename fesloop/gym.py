@@ -60,8 +60,8 @@ _STOPPED_CLOCK = StampClock(np.array([FOREVER]))
 """Clock of a block that never steps."""
 _ABOUT = ("age_s", "newest_age_s", "present")
 _PICTURE_PX = 640, 480
-_FALLEN_M = 0.1
-"""Fall of an object below the hand from which its penalty no longer grows (chosen: the breadth of a hand)."""
+_LOST_M = 0.1
+"""Way of an object out of the hand from which its penalty no longer grows (chosen: the breadth of a hand)."""
 
 
 class Drives(Protocol):
@@ -292,6 +292,12 @@ def _mean_square(truth: Array, reference: Array) -> float:
     return total / truth.size
 
 
+def _away(place: Array, sites: Array) -> float:
+    """Distance, m, of a place (3,) from the least box along the axes that holds all sites (n, 3)."""
+    inside = np.clip(place, sites.min(axis=0), sites.max(axis=0))
+    return float(np.linalg.norm(place - inside))
+
+
 def _copied(value: Value) -> Array:
     return np.array(value) if isinstance(value, float) else value.copy()
 
@@ -317,21 +323,23 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
     - the mean square of `score.truth` less `score.reference` over joints, rad^2, from `score.after_s` to
       `score.until_s` and 0 otherwise: the true error, not the one that the tracker shows,
     - `effort_weight` times the mean square of the action,
-    - with `score.grasp` and its `hand_position`, during the hold: `fall_weight` times the square of how far
-      the object is below the lowest site of the hand, 1 for 0.1 m and more.
+    - with `score.grasp` and its `hand_position`, during the hold: `object_weight` times the square of how
+      far the object's centre is outside the hand, 1 for 0.1 m and more, whether it fell or was never given.
+      The hand is the least box along the axes of the global frame that holds its sites.
 
     A signal is as it was last put out: of a block at 100 Hz and a controller at 40 Hz, up to 10 ms before.
 
     An episode is a trial. `truncated` is true at its end, `terminated` after an emergency stop of safety.
     `info` has the instant (`time_ns`), the run's `seed`, `truth`, `reference` and `events`, the reports
-    (ns, node, status, detail) since the last observation.
+    (ns, node, status, detail) since the last observation; where an object is scored also `object`,
+    its place, (3,), m, and `object_away_m`, how far it is outside the hand, 0 or more.
 
     Parameters
     ----------
     experiment, settings: as of `fesloop.run`.
     controller: name of the block that the agent replaces; its one output is pulses.
     effort_weight: 1, above 0 or 0 (chosen: a tenth of full drive costs as much as 0.6 deg).
-    fall_weight: 1 (chosen: an object that lies on the floor costs as much as 57 deg).
+    object_weight: 1 (chosen: an object that is not in the hand costs as much as 57 deg).
     render_mode: "rgb_array": `render` returns the picture that a film would have of this instant: the true
         hand, and the tracker's over it, (480, 640, 3), uint8; None: there are no pictures. Needs OpenGL.
     drives: from drives to pulses, for a controller without `allocation`, or in place of it.
@@ -348,18 +356,18 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}  # noqa: RUF012 - as gymnasium declares it
 
     def __init__(self, experiment: str | Path | Experiment, settings: Settings = (), *,
-                 controller: str = "controller", effort_weight: float = 0.01, fall_weight: float = 1.0,
+                 controller: str = "controller", effort_weight: float = 0.01, object_weight: float = 1.0,
                  drives: Drives | None = None, render_mode: str | None = None) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError("render_mode", f"{render_mode!r}", '"rgb_array" or None')
         self.render_mode = render_mode
-        for key, weight in (("effort_weight", effort_weight), ("fall_weight", fall_weight)):
+        for key, weight in (("effort_weight", effort_weight), ("object_weight", object_weight)):
             if not (math.isfinite(weight) and weight >= 0.0):
                 raise InputError(key, f"{weight}", "a finite number, 0 or more")
         self._experiment, self._settings = experiment, tuple(setting_texts(settings))
         self._controller, self._drives = controller, drives
         self._camera: HandCamera | None = None
-        self._effort_weight, self._fall_weight = effort_weight, fall_weight
+        self._effort_weight, self._object_weight = effort_weight, object_weight
         self._base = self._task = self._made(())
         self.observation_names = self._base.names
         self.observation_space = gymnasium.spaces.Box(
@@ -406,7 +414,7 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         self._task, self._tick = task, 0
         self.loop = Loop(task.wiring.with_seed(self._seed))
         states = self.loop.states()
-        self._agent = states[self._controller]
+        self._agent, self._ended = states[self._controller], False
         observation, info, _ = self._observe(self.loop)
         return observation, info
 
@@ -414,12 +422,15 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         """Act in the tick of the last observation; return the next observation, reward and ends."""
         if self.loop is None:
             raise gymnasium.error.ResetNeeded("call reset before step")
+        if self._ended:
+            raise gymnasium.error.ResetNeeded("the episode has ended; call reset before the next step")
         self._agent.pulses, effort = self._acted(action)
         self._tick += 1
         observation, info, penalty = self._observe(self.loop)
         stopped = bool(info["events"]) and any(status == STOPPED for _, _, status, _ in info["events"])
-        return (observation, -self._effort_weight * effort - penalty, stopped,
-                info["time_ns"] >= self._task.duration_ns, info)
+        over = info["time_ns"] >= self._task.duration_ns
+        self._ended = stopped or over
+        return observation, -self._effort_weight * effort - penalty, stopped, over, info
 
     def pulses(self, action: ArrayLike) -> Array:
         """Pulses (channels, 2), A and s, of an action; InputError for one that is no action."""
@@ -444,20 +455,22 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         truth, reference = _copied(samples[task.ports][0]), _copied(samples[task.ports + 1][0])
         info = {"time_ns": now_ns, "seed": self._seed, "truth": truth, "reference": reference,
                 "events": loop.events}
-        penalty = self._penalty(now_ns, truth, reference, samples[task.ports + 2:])
+        if len(samples) > task.ports + 2:
+            info["object"] = thing = _copied(samples[task.ports + 2][0])
+            info["object_away_m"] = _away(thing, np.asarray(samples[task.ports + 3][0]))
+        penalty = self._penalty(now_ns, truth, reference, info.get("object_away_m", 0.0))
         return task.observation(samples, now_ns), info, penalty
 
-    def _penalty(self, now_ns: int, truth: Array, reference: Array, grasped: Sequence[Sample]) -> float:
-        """Penalty of the tracking error and of the fall of an object."""
+    def _penalty(self, now_ns: int, truth: Array, reference: Array, away_m: float) -> float:
+        """Penalty of the tracking error and of an object that is not in the hand."""
         score = self._task.score
         now_s, penalty = now_ns / NS_PER_S, 0.0
         if score.after_s <= now_s and (score.until_s is None or now_s <= score.until_s):
             penalty = (_mean_square(truth, reference) if truth.ndim == 1
                        else _mean_square(truth.ravel(), reference.ravel()))
-        if grasped and score.grasp is not None and score.grasp.from_s <= now_s <= score.grasp.until_s:
-            thing, sites = (np.asarray(sample.value) for sample in grasped)
-            fall = min(max(float(sites[:, 2].min() - thing[2]), 0.0) / _FALLEN_M, 1.0)
-            penalty += self._fall_weight * fall * fall
+        if score.grasp is not None and score.grasp.from_s <= now_s <= score.grasp.until_s:
+            away = min(away_m / _LOST_M, 1.0)
+            penalty += self._object_weight * away * away
         return penalty
 
     def render(self) -> NDArray[np.uint8] | None:

@@ -157,14 +157,15 @@ _implicit: Any = types.ExternalFunction("mj_implicit", _void(types.intp, types.i
 @compiled
 def take_steps(
     model: int, data: int, skipping: int, activation: Array, heights: Array, falls: bool, qpos: Array,
-    qvel: Array, userdata: Array, qfrc_applied: Array, mocap_pos: Array, low: Array, high: Array,
-    table: Array, arms: Array, joints: Numbers, step_s: float,
+    qvel: Array, userdata: Array, qfrc_applied: Array, mocap_pos: Array, waits: Array, low: Array,
+    high: Array, table: Array, arms: Array, joints: Numbers, step_s: float,
 ) -> bool:
     """Do what `step` does with tendons that yield, under `activation` (n, 29), in n steps.
 
     `model` and `data` are addresses of MuJoCo's structs, and the arrays its own, of these names; `skipping`:
     stage that is computed already; `heights` (n,), m, of the table, empty if there is none; `falls`: whether
-    there is an object that the floor stops. False as soon as the simulation is unstable.
+    there is an object that the floor stops; `waits`: pose (7,) in which it is held, empty if it is not. False
+    as soon as the simulation is unstable.
     """
     for k in range(activation.shape[0]):
         stage = skipping if k == 0 else _NOTHING_SKIPPED
@@ -175,7 +176,10 @@ def take_steps(
         pull(qpos, qvel, userdata, qfrc_applied, table, arms, joints, step_s)
         _forward_skip(model, data, stage, 1)
         _implicit(model, data)
-        if falls and qpos[-5] < -FLOOR_M:
+        if waits.size:
+            qpos[-7:] = waits
+            qvel[-6:] = 0.0
+        elif falls and qpos[-5] < -FLOOR_M:
             qpos[-5] = -FLOOR_M
             qvel[-6:] = 0.0
         if find_unstable(qpos, qvel, low, high) >= 0:
@@ -247,6 +251,7 @@ def drive_angles(start: Array, target: Array, before: Array) -> Array:
 
 
 Numbers = NDArray[np.int64]
+_NOWHERE = np.array([])
 OFFER_PERIOD_NS = 100_000_000
 """Interval between tries to put the object into the hand (chosen)."""
 
@@ -440,7 +445,9 @@ def advance_to(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | None,
         if not state.given and thing is not None:
             _offer(model, thing, state)
         step(model, state, tendons)
-        if thing is not None and state.views.qpos[-5] < -FLOOR_M:
+        if not state.given:
+            _hold_waiting(model, state.views)
+        elif thing is not None and state.views.qpos[-5] < -FLOOR_M:
             _rest_on_floor(state.views)
         state.time_ns += step_ns
         require_stable(model, bounds, state)
@@ -468,7 +475,7 @@ def advance_steps(model: mujoco.MjModel, bounds: Bounds, thing: GraspObject | No
     done = take_steps(
         model._address, state.data._address, _VELOCITY_SKIPPED if state.evaluated else _NOTHING_SKIPPED,
         activation, heights, thing is not None, views.qpos, views.qvel, views.userdata, views.qfrc_applied,
-        views.mocap_pos, bounds.low, bounds.high, *tendons)
+        views.mocap_pos, _NOWHERE if state.given else model.qpos0[-7:], bounds.low, bounds.high, *tendons)
     state.evaluated = False
     if done:
         state.time_ns = times_ns[-1]
@@ -489,6 +496,20 @@ def _offers(thing: GraspObject, first_ns: int, last_ns: int, step_ns: int) -> bo
     given_ns = round(thing.given_at_s * NS_PER_S)
     before_ns = max(first_ns - given_ns - step_ns, -1)
     return (last_ns - given_ns) // OFFER_PERIOD_NS > before_ns // OFFER_PERIOD_NS
+
+
+def start_state(model: mujoco.MjModel, thing: GraspObject | None, data: mujoco.MjData) -> HandState:
+    """State at the start of a run; an object that is given later is where it waits."""
+    state = HandState(data, given=thing is None or thing.given_at_s == 0.0)
+    if not state.given:
+        _hold_waiting(model, state.views)
+    return state
+
+
+def _hold_waiting(model: mujoco.MjModel, views: Views) -> None:
+    """Keep the object, MuJoCo's last joint, where it waits: somebody holds it."""
+    views.qpos[-7:] = model.qpos0[-7:]
+    views.qvel[-6:] = 0.0
 
 
 def _rest_on_floor(views: Views) -> None:

@@ -40,6 +40,7 @@ from plants.hand.contract import (
     require_hand,
     sensed,
     stable_bounds,
+    start_state,
     turn_forearm,
 )
 from plants.hand.model import (
@@ -291,7 +292,7 @@ class Hand:
         positions[self._hinges()] = self._start
         steps = round(self.settle_s * NS_PER_S / self._grid.period_num)
         data = settled(self.model, positions, steps, self._hold)
-        return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
+        return start_state(self.model, self.object, data)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
         """Advance by steps of the grid."""

@@ -81,7 +81,7 @@ class GraspObject:
         11 with 40, 6.4 with 100, and 4.4 with 400).
     position_m: position of its centre from the wrist's centre, global (ENU).
     orientation: (w, x, y, z), from its axes to the global ones.
-    given_at_s: instant at which it is put to `position_m`; before, it rests at the offset `waits_m`. If the
+    given_at_s: instant at which it is put to `position_m`; before, it is held at the offset `waits_m`. If the
         hand is in the way, it is put to the nearest free place at the same height, at most 2 cm off, as soon
         as there is one, and the table under it.
     waits_m: offset of its waiting place from `position_m` (chosen: in front of the fingers, out of reach).

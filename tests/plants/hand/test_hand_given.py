@@ -39,13 +39,18 @@ def place_after(plant, seconds, state=None, start_s=0.0):
     return state, plant.read(state, [])[10]
 
 
-def test_it_waits_on_its_table_and_is_given_when_it_is_time():
-    plant = hand()
-    state, waiting = place_after(plant, 0.499)
-    np.testing.assert_allclose(waiting, (-0.006, 0.362, 0.0), atol=1e-3)
+@pytest.mark.parametrize("changes", [{}, {"settle_s": 0.5}, {"table": None, "settle_s": 0.5},
+                                     {"table": Table(height_m=-0.0601, half_m=(0.06, 0.06))}])
+def test_it_waits_in_its_place_and_is_given_when_it_is_time(changes):
+    """On a table or not, from when the hand begins to settle."""
+    plant = hand(**changes)
+    state, waiting = place_after(plant, 0.0)
+    assert waiting.tolist() == [-0.006, 0.362, 0.0]
+    state, waiting = place_after(plant, 0.499, state)
+    assert waiting.tolist() == [-0.006, 0.362, 0.0]
     _, given = place_after(plant, 0.52, state, 0.499)
     assert np.linalg.norm(given[:2] - (-0.006, 0.112)) <= 0.021
-    assert abs(given[2]) < 1e-3
+    assert abs(given[2]) < 2.2e-3  # falls for at most 20 ms
 
 
 def test_it_stays_away_while_the_hand_is_closed_and_comes_when_it_opens():
