@@ -455,10 +455,11 @@ class LoopEnv(gymnasium.Env[Array, ArrayLike]):
         truth, reference = _copied(samples[task.ports][0]), _copied(samples[task.ports + 1][0])
         info = {"time_ns": now_ns, "seed": self._seed, "truth": truth, "reference": reference,
                 "events": loop.events}
+        away_m = 0.0
         if len(samples) > task.ports + 2:
             info["object"] = thing = _copied(samples[task.ports + 2][0])
-            info["object_away_m"] = _away(thing, np.asarray(samples[task.ports + 3][0]))
-        penalty = self._penalty(now_ns, truth, reference, info.get("object_away_m", 0.0))
+            info["object_away_m"] = away_m = _away(thing, np.asarray(samples[task.ports + 3][0]))
+        penalty = self._penalty(now_ns, truth, reference, away_m)
         return task.observation(samples, now_ns), info, penalty
 
     def _penalty(self, now_ns: int, truth: Array, reference: Array, away_m: float) -> float:
