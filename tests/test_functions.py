@@ -54,7 +54,9 @@ def test_reports_take_results_paths_and_names(result, tmp_path):
 def test_a_patient_is_identified_as_by_the_command(tmp_path, capsys):
     run = fesloop.run("identify_patient", out=tmp_path)
     model = fesloop.identify(run)
-    model.save(tmp_path / "ours.toml")
+    model.save(str(tmp_path / "ours.toml"))
+    with pytest.raises(InputError, match=r"ours\.toml/model\.toml: cannot be written: Not a directory"):
+        model.save(tmp_path / "ours.toml" / "model.toml")
     main(["identify", str(run.recording), "--out", str(tmp_path / "theirs.toml")])
     capsys.readouterr()
     theirs = load_patient_model(tmp_path / "theirs.toml")

@@ -103,6 +103,14 @@ def toml_text(tables: Mapping[str, Any]) -> str:
     return "\n".join(_lines(tables, ())) + "\n"
 
 
+def write_tables(path: str | Path, tables: Mapping[str, Any]) -> None:
+    """Write tables to a TOML file. Raises InputError where it cannot be written."""
+    try:
+        Path(path).write_text(toml_text(tables), encoding="utf-8")
+    except OSError as fault:
+        raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
+
+
 def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
     own = [f"{toml_key(key)} = {_own(value)}" for key, value in table.items()
            if not _stands_below(value, path)]

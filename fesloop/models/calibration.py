@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 from fesloop.errors import InputError
 from fesloop.forms.schema import plain
-from fesloop.forms.toml import tables_of_file, toml_text
+from fesloop.forms.toml import tables_of_file, write_tables
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -193,13 +193,10 @@ class Calibration:
                              "calibrate with these sensors, or add their rotations to the file")
         return tuple(known[name] for name in names)
 
-    def save(self, path: Path) -> None:
+    def save(self, path: str | Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
         table = {key: value for key, value in _rounded(plain(self)).items() if value}
-        try:
-            path.write_text(toml_text({"format": FORMAT, **table}), encoding="utf-8")
-        except OSError as fault:
-            raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
+        write_tables(path, {"format": FORMAT, **table})
 
 
 NO_CALIBRATION = Calibration()

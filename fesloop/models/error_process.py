@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.forms.schema import plain
-from fesloop.forms.toml import tables_of_file, toml_text
+from fesloop.forms.toml import tables_of_file, write_tables
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.wire import least_burst
@@ -208,15 +208,12 @@ class ErrorProcess:
         """The correlation, (series, series)."""
         return np.array(self.correlation or np.eye(len(self.series)), dtype=np.float64)
 
-    def save(self, path: Path) -> None:
+    def save(self, path: str | Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
         table: dict[str, Any] = _rounded(plain(self))
         table["correlation"] = np.round(table["correlation"], 3).tolist()
         series = {each.pop("name"): each for each in table.pop("series")}
-        try:
-            path.write_text(toml_text({"format": FORMAT, **table, "series": series}), encoding="utf-8")
-        except OSError as fault:
-            raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
+        write_tables(path, {"format": FORMAT, **table, "series": series})
 
 
 def _rounded(value: Any) -> Any:

@@ -24,7 +24,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.forms.faults import faults_of
 from fesloop.forms.schema import closed, keys_at, plain
-from fesloop.forms.toml import TomlError, tables_of, toml_text
+from fesloop.forms.toml import TomlError, tables_of, write_tables
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import LinearModel, Recruitment
 
@@ -196,12 +196,9 @@ class PatientModel:
             **({"missed_deg": {posture: dict(row) for posture, row in self.missed_deg.items()}}
                if self.missed_deg else {})}
 
-    def save(self, path: Path) -> None:
+    def save(self, path: str | Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
-        try:
-            path.write_text(toml_text(self.table()), encoding="utf-8")
-        except OSError as fault:
-            raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
+        write_tables(path, self.table())
 
 
 _REMEDY = ("identify again with more current, other electrodes or a longer experiment; or allow it: "
