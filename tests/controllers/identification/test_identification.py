@@ -108,6 +108,31 @@ def test_a_system_of_second_order_with_delay_is_found(method):
     assert np.linalg.norm(ours - true) < (0.03 if method == "subspace" else 0.05) * np.linalg.norm(true)
 
 
+DRIFTS = {"tires in 12 s": lambda times, rng: 4.0 * np.exp(-times / 12.0),
+          "tires in 30 s": lambda times, rng: 4.0 * np.exp(-times / 30.0),
+          "line": lambda times, rng: 3.0 * times / times[-1],
+          "walk": lambda times, rng: 0.1 * np.cumsum(rng.standard_normal(times.size))}
+
+
+@pytest.mark.parametrize(("kind", "least"), [
+    ("tires in 12 s", 85.0), ("tires in 30 s", 85.0), ("line", 85.0),
+    ("walk", 20.0)])  # it has quick parts, too
+def test_drift_of_muscles_is_not_taken_for_a_slow_lag(kind, least):
+    """It is as large as what the drives do, or several times that; what these do is known."""
+    period = 0.025
+    true = Dynamics(a=np.diag([0.85, 0.7]), b=np.array([[0.15, 0.0], [0.1, 0.3]]),
+                    c=np.array([[1.0, 0.0], [0.5, 1.0]]), offset=np.zeros(2), delay_s=0.05, period_s=period)
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        drive = np.repeat(rng.integers(0, 2, (120, 2)), 10, axis=0).astype(float)
+        moved, times = true.response(drive), np.arange(len(drive)) * period
+        course = np.stack([DRIFTS[kind](times, rng), -DRIFTS[kind](times, rng)], axis=1) * moved.std(axis=0)
+        found = identify_dynamics(drive, moved + course + 0.02 * rng.standard_normal(moved.shape), period)
+        assert -1.0 / np.linalg.eigvals(found.continuous()[0]).real.max() <= 2.0
+        again = found.response(drive)
+        assert min(fit_of(moved - moved.mean(axis=0), again - again.mean(axis=0))) > least
+
+
 def test_continuous_time_is_the_inverse_of_sampling():
     nominal = Finger().linear_model()
     sampled = replace(nominal, delay_ns=0).sampled(1_000_000)
