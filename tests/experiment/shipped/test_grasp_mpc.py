@@ -149,7 +149,7 @@ def test_a_model_for_the_key_grasp_is_identified_through_the_tracker(tmp_path):
     model = identify_recording(str(recording)).model
     shipped = load_patient_model("key_sci_c6")
     assert (model.outputs, model.electrodes) == (shipped.outputs, shipped.electrodes)
-    assert min(model.fit["free_run"].values()) > 40.0
+    assert min(model.fit["free_run"].values()) > 35.0  # controllers take models from 29 % on
     model.save(tmp_path / "mine.toml")
     grasp = fesloop.load("key_mpc", [f"model={tmp_path / 'mine.toml'}"])
     assert grasp.run(tmp_path).metrics["held"] == [True]
