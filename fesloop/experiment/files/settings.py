@@ -60,6 +60,17 @@ def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str,
                 _assign(changed, path, text, key, name, folder)
             except TooLargeError as fault:
                 raise InputError(f"--set {key}", str(fault)) from None
+    return _described(document, changed)
+
+
+def _described(before: Mapping[str, Any], changed: dict[str, Any]) -> dict[str, Any]:
+    """Say in the experiment's description which blocks are of another kind than it speaks of."""
+    was, now, about = (_table(document, key) for document, key in (
+        (before, "blocks"), (changed, "blocks"), (changed, "experiment")))
+    replaced = [f"{name} is {_table(now, name).get('kind')}" for name in was
+                if name in now and _table(was, name).get("kind") != _table(now, name).get("kind")]
+    if replaced and isinstance(about.get("description"), str):
+        about["description"] += f"; by --set {', '.join(replaced)}"
     return changed
 
 

@@ -43,6 +43,18 @@ def test_a_setting_lands_where_its_key_points(setting, path, value):
     assert "score" not in DOCUMENT
 
 
+@pytest.mark.parametrize(("setting", "told"), [
+    ('blocks.pid={kind="own.py:Pid", rate="50"}', "A PID holds a finger; by --set pid is own.py:Pid"),
+    ("blocks.play.kind=stream", "A PID holds a finger; by --set play is stream"),
+    ("blocks.pid.rate=60", "A PID holds a finger"),
+    ('blocks.pid={kind="pid"}', "A PID holds a finger")])
+def test_the_description_says_which_blocks_it_does_not_speak_of(setting, told):
+    about = {**DOCUMENT["experiment"], "description": "A PID holds a finger"}
+    document = {**DOCUMENT, "experiment": about}
+    assert apply_settings(document, [setting], "x.toml")["experiment"]["description"] == told
+    assert about["description"] == "A PID holds a finger"
+
+
 @pytest.mark.parametrize(("setting", "found"), [
     ("blocks.pidd.kp=1", "did you mean 'pid'"),
     ("recordin=1", "did you mean 'recording'"),
