@@ -336,6 +336,16 @@ class LosesWorkers(LosesOnce):
 
 
 @pytest.mark.slow
+def test_workers_compute_on_one_thread_and_keep_their_memory(monkeypatch):
+    for name in ("MALLOC_TRIM_THRESHOLD_", "OMP_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
+    with connected(1, None) as client:
+        (found,) = client.run(lambda: dict(os.environ)).values()
+    assert "MALLOC_TRIM_THRESHOLD_" not in found  # Dask's own: a run takes a fifth longer with it
+    assert [found[f"{name}_NUM_THREADS"] for name in ("OMP", "MKL", "OPENBLAS")] == ["1"] * 3
+
+
+@pytest.mark.slow
 def test_an_outcome_that_is_lost_with_the_only_worker_is_had_of_another_one(monkeypatch):
     """Dask alone waits without end: nothing else starts a worker while it fetches."""
     monkeypatch.setattr("fesloop.analysis.study.engine.tasks._FETCH_S", 3.0)

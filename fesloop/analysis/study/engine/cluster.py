@@ -27,6 +27,8 @@ _SETTINGS = {
     "distributed.admin.system-monitor.interval": "10s",
     "distributed.admin.tick.interval": "1s",
     "distributed.deploy.lost-worker-timeout": "5s",
+    "distributed.nanny.pre-spawn-environ": dict.fromkeys(
+        ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), 1),
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 2.0,
     "distributed.worker.daemon": True,
@@ -34,7 +36,9 @@ _SETTINGS = {
     "distributed.worker.profile.enabled": False,
 }
 """Dask's settings for the local cluster: a worker has its next task ready when it ends one; monitoring takes
-little time; a task during which two workers have died is given to no third."""
+little time; a task during which two workers have died is given to no third. Its environment for workers, less
+MALLOC_TRIM_THRESHOLD_: with that, memory goes back to the system after each array, and a run takes a fifth
+longer."""
 
 
 def require_dask() -> Any:
