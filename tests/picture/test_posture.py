@@ -1,5 +1,6 @@
 """Postures out of a recording, against where MuJoCo had the sensors and the tips."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,6 +17,7 @@ from fesloop.show.picture.cast import cast_of
 from fesloop.show.picture.posture import estimated_posture, true_posture
 from fesloop.show.picture.scene import half_sizes, solids_of
 from fesloop.show.picture.signals import curve, values_at
+from plants.hand.scene import GraspObject
 from plants.moving_hand import MovingHand
 
 AT = np.array([0, 123_456_789, 400_000_000])
@@ -96,6 +98,18 @@ def test_object_and_table_stand_where_they_were_put_and_sink_when_told(grasp):
     assert top.position[2] + top.half[2] == pytest.approx(-0.0601)
     # From .1 s on the table sinks .1 m/s.
     assert scenes[2][1].position[2] == pytest.approx(top.position[2] - 0.03)
+
+
+def test_an_object_that_waits_to_be_given_is_not_there_yet():
+    thing = GraspObject(size_mm=(50.0, 120.0), position_m=(0.0, 0.1, 0.0), given_at_s=0.5)
+    places = np.array([[0.0, 0.35, 0.0], [0.0, 0.1, 0.0], [0.0, 0.34, 0.0]])
+    rows = {"hand.object_position": places, "hand.object_orientation": np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))}
+    times = np.arange(3, dtype=np.int64)
+    signals = SimpleNamespace(signals=rows, column=lambda name, trial: (times, rows[name]))
+    for each, shown in ((thing, [0, 1, 1]), (replace(thing, given_at_s=0.0), [1, 1, 1]),
+                        (replace(thing, waits_m=(0.0, 0.0, 0.0)), [1, 1, 1])):
+        hand = SimpleNamespace(name="hand", part=SimpleNamespace(object=each))
+        assert [len(solids) for solids in solids_of(signals, hand, 0, times)[0]] == shown
 
 
 def test_a_mugs_solids_follow_its_pose():

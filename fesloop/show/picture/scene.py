@@ -21,6 +21,8 @@ _OBJECT, _TABLE = (0.42, 0.66, 0.84), (0.86, 0.85, 0.82)
 _TOP_M = 0.01
 """Thickness of a table top."""
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+_WAITING_M = 1e-3
+"""Distance from its waiting place within which an object waits (chosen: it is held there exactly)."""
 
 
 def solids_of(
@@ -29,7 +31,8 @@ def solids_of(
     """Object and table, from the wrist's centre, at each instant; and notes on what cannot be drawn of them.
 
     Both come from a hand plant with the parameters `object` (shape, size_mm) and `table` (height_m, centre_m,
-    half_m, and `drop(time_ns)`, how far it has sunk, m), each of which may be absent.
+    half_m, and `drop(time_ns)`, how far it has sunk, m), each of which may be absent. An object that waits,
+    `waits_m` beside where it will be given, is not there yet.
     """
     things, notes = _objects(recording, hand, trial, at_ns)
     tops = _tables(getattr(hand.part, "table", None), at_ns)
@@ -55,8 +58,17 @@ def _objects(
         return nothing, ["the object is not drawn: nothing of it was recorded in this trial"]
     parts = _mug(thing.size_mm) if thing.shape == "mug" else [
         Solid(_KINDS[thing.shape], np.zeros(3), _UPRIGHT, half_sizes(thing.shape, thing.size_mm), _OBJECT)]
-    return [[_placed(part, place, turn) for part in parts] if np.isfinite([*place, *turn]).all() else []
-            for place, turn in zip(positions, turns, strict=True)], []
+    there = np.isfinite(positions).all(axis=1) & np.isfinite(turns).all(axis=1) & ~_waiting(thing, positions)
+    return [[_placed(part, place, turn) for part in parts] if is_there else []
+            for place, turn, is_there in zip(positions, turns, there, strict=True)], []
+
+
+def _waiting(thing: Any, positions: Array) -> NDArray[np.bool_]:
+    """Whether an object waits to be given, at its places (t, 3), m."""
+    off = np.asarray(getattr(thing, "waits_m", (0.0, 0.0, 0.0)))
+    if not (off.any() and getattr(thing, "given_at_s", 0.0) > 0.0):
+        return np.zeros(len(positions), np.bool_)
+    return np.asarray(np.linalg.norm(positions - thing.position_m - off, axis=1) < _WAITING_M)
 
 
 def _placed(part: Solid, place: Array, turn: Array) -> Solid:
